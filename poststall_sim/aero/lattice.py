@@ -1,0 +1,364 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Aircraft to lattice: rings, collocation points, normals, strips, and what controls turn.
+
+The lattice is flat between leading and trailing edge: zero-lift angle, camber moment and
+thickness come from the section curves, so that lift at zero incidence does not depend on the
+number of panels. Rings lie a quarter panel behind the panels they belong to (Katz & Plotkin,
+Low-Speed Aerodynamics, 2nd ed., sec. 12.3); the last ring ends a quarter panel behind the
+trailing edge, where the wake begins.
+
+Orders: surfaces as in the aircraft; strips from left tip to right tip (a fin from its root to
+its tip); panels of a surface row by row from the leading edge, each row along the strips.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from poststall_sim.aero import polars
+from poststall_sim.aircraft import (
+    Aircraft, ConfigError, Control, Effector, Section, Surface, read_only)
+from poststall_sim.frames import FloatArray, control_sign
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Where one surface stands in the lattice's arrays: rows (chordwise) x columns (strips)."""
+
+    name: str
+    rows: int
+    panels: slice
+    strips: slice
+    nodes: slice
+    edges: slice
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lattice:
+    """
+    All surfaces of an aircraft as vortex rings, geometry axes [m, rad].
+
+    Panels (p): ring_corners (p, 4, 3) in the order of positive circulation, collocation,
+    normal, tangent (p, 3; tangent points aft, normal x span axis), area (p,), panel_strip (p,),
+    panel_share (p,) the share of its strip's circulation that a flat plate in two-dimensional
+    flow puts on this ring.
+
+    Strips (n): span_axis, chord_axis, strip_normal, quarter_chord (n, 3), strip_chord (normal to
+    the span axis), strip_width, strip_surface, span_place (along the span, for averaging),
+    polar_index into curves (k, 3, 2, grid); zero_lift, stall_high, stall_low (n,);
+    te_panel (n,) the ring at the trailing edge, te_node (n,) left node in a row of wake nodes.
+
+    Edges (s): edge_vector, edge_middle (s, 3) and the rings and the wake row that share each:
+    strength = G[edge_plus] - G[edge_minus] + Gw[edge_wake], -1 for none; edge_strip (s, 2)
+    strips on both sides.
+
+    Controls (c): flap_angle (c, p) turn of a panel's normals and flap_shift (c, n) change of the
+    zero-lift angle, per unit deflection.
+    """
+
+    grids: tuple[Grid, ...]
+    ring_corners: FloatArray
+    collocation: FloatArray
+    normal: FloatArray
+    tangent: FloatArray
+    area: FloatArray
+    panel_strip: np.ndarray
+    panel_share: FloatArray
+    wake_nodes: FloatArray
+    span_axis: FloatArray
+    chord_axis: FloatArray
+    strip_normal: FloatArray
+    quarter_chord: FloatArray
+    strip_chord: FloatArray
+    strip_width: FloatArray
+    strip_surface: np.ndarray
+    span_place: FloatArray
+    curves: FloatArray
+    polar_index: np.ndarray
+    zero_lift: FloatArray
+    stall_high: FloatArray
+    stall_low: FloatArray
+    te_panel: np.ndarray
+    te_node: np.ndarray
+    edge_vector: FloatArray
+    edge_middle: FloatArray
+    edge_plus: np.ndarray
+    edge_minus: np.ndarray
+    edge_wake: np.ndarray
+    edge_strip: np.ndarray
+    flap_angle: FloatArray
+    flap_shift: FloatArray
+    strip_names: tuple[str, ...]
+
+    @property
+    def panels(self) -> int:
+        """Return the number of rings."""
+        return len(self.area)
+
+    @property
+    def strips(self) -> int:
+        """Return the number of strips."""
+        return len(self.strip_chord)
+
+
+def flat_plate_share(rows: int) -> FloatArray:
+    """
+    Return the circulation (rows,) of the rings of a two-dimensional plate, 1 at the last.
+
+    Rings carry the sum of the bound vortices ahead of them; the vortices at the quarter points
+    of equal panels under unit normalwash at the three-quarter points.
+    """
+    return np.cumsum(_plate_vortices(np.ones(rows))) / _plate_vortices(np.ones(rows)).sum()
+
+
+def flap_effectiveness(rows: int, hinge: float) -> float:
+    """
+    Return the lattice's own two-dimensional flap effectiveness -d(alpha_0L)/d(deflection).
+
+    Panels behind the hinge (share of the chord) turn whole, the panel cut by it by the share
+    of its chord behind it. Thin-airfoil theory is approached as rows grow.
+    """
+    return float(_plate_vortices(_behind(rows, hinge)).sum()
+                 / _plate_vortices(np.ones(rows)).sum())
+
+
+def _plate_vortices(normalwash: FloatArray) -> FloatArray:
+    """Return bound vortices (rows,) of a unit plate that cancel a normalwash (rows,)."""
+    rows = len(normalwash)
+    place = np.arange(rows) / rows
+    distance = (place + 0.75 / rows)[:, None] - (place + 0.25 / rows)[None, :]
+    return np.linalg.solve(1.0 / (2.0 * math.pi * distance), normalwash)
+
+
+def _behind(rows: int, hinge: float) -> FloatArray:
+    """Return the share (rows,) of each panel's chord that lies behind a hinge."""
+    return np.clip(np.arange(1, rows + 1) - hinge * rows, 0.0, 1.0)
+
+
+def _stations(surface: Surface) -> tuple[list[Section], list[float]]:
+    """Return the sections from left to right, both sides, and their place along the span [m]."""
+    sections = list(surface.sections)
+    if surface.symmetric:
+        mirrored = [
+            Section((s.leading_edge_G[0], -s.leading_edge_G[1], s.leading_edge_G[2]),
+                    s.chord, s.airfoil, s.twist)
+            for s in reversed(sections[1:])]
+        sections = mirrored + sections
+    place = [0.0]
+    for a, b in zip(sections, sections[1:]):
+        place.append(place[-1] + math.hypot(b.leading_edge_G[1] - a.leading_edge_G[1],
+                                            b.leading_edge_G[2] - a.leading_edge_G[2]))
+    return sections, place
+
+
+def _edges(place: list[float], strips: int, cosine: bool, symmetric: bool) -> FloatArray:
+    """
+    Return the strip edges (strips + 1,) along the span [m].
+
+    Uniform or cosine over the whole span; then the nearest edge is moved onto each section, so
+    that no strip straddles a kink. A symmetric surface is cut on one half and mirrored.
+    """
+    total = place[-1]
+    share = np.linspace(0.0, 1.0, strips + 1)
+    edges = total * (0.5 - 0.5 * np.cos(math.pi * share) if cosine else share)
+    kinks = place[1:-1]
+    if symmetric:
+        kinks = [kink for kink in kinks if kink > 0.5 * total * (1.0 + 1e-12)]
+        edges[strips // 2] = 0.5 * total
+    first = strips // 2 + 1 if symmetric else 1
+    for kink in kinks:
+        k = first + int(np.argmin(np.abs(edges[first:-1] - kink)))
+        edges[k] = kink
+        first = k + 1
+    if symmetric:
+        edges[:strips // 2] = total - edges[:strips // 2:-1]
+    return edges
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _SurfaceMesh:
+    """Corners (rows + 1, strips + 1, 3) of a surface's panels and its strip edges [m]."""
+
+    corners: FloatArray
+    edges: FloatArray
+    polars: list
+
+
+def _mesh(surface: Surface, rows: int,
+          sections_of: dict[str, polars.SectionPolar]) -> _SurfaceMesh:
+    """Return the panels' corners of a surface and the section curves along its strips."""
+    sections, place = _stations(surface)
+    edges = _edges(place, surface.strips, surface.spacing_cosine, surface.symmetric)
+    leading = np.array([s.leading_edge_G for s in sections])
+    trailing = np.empty_like(leading)
+    for i, section in enumerate(sections):
+        a, b = max(i - 1, 0), min(i + 1, len(sections) - 1)
+        if surface.symmetric and 2 * i == len(sections) - 1:
+            along = np.array([0.0, 1.0, 0.0])   # the root of a mirrored surface twists about y
+        else:
+            along = leading[b] - leading[a]
+            along = np.array([0.0, along[1], along[2]]) / math.hypot(along[1], along[2])
+        normal = np.cross([1.0, 0.0, 0.0], along)
+        trailing[i] = leading[i] + section.chord * (
+            math.cos(section.twist) * np.array([1.0, 0.0, 0.0]) - math.sin(section.twist) * normal)
+    front = np.column_stack([np.interp(edges, place, leading[:, k]) for k in range(3)])
+    rear = np.column_stack([np.interp(edges, place, trailing[:, k]) for k in range(3)])
+    share = np.linspace(0.0, 1.0, rows + 1)[:, None, None]
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    along_strips = []
+    for middle in middles:
+        i = min(max(int(np.searchsorted(place, middle)) - 1, 0), len(sections) - 2)
+        along_strips.append(polars.mixture(
+            sections_of[sections[i].airfoil], sections_of[sections[i + 1].airfoil],
+            0.0 if sections[i].airfoil == sections[i + 1].airfoil
+            else (middle - place[i]) / (place[i + 1] - place[i])))
+    return _SurfaceMesh((1.0 - share) * front + share * rear, edges, along_strips)
+
+
+def build(aircraft: Aircraft, rows: int) -> Lattice:
+    """Return the lattice of an aircraft with `rows` equal panels along every chord."""
+    sections_of = {a.name: polars.section_polar(a) for a in aircraft.airfoils}
+    meshes = [_mesh(surface, rows, sections_of) for surface in aircraft.surfaces]
+    grids, parts = [], []
+    panel0 = strip0 = node0 = edge0 = 0
+    for number, (surface, mesh) in enumerate(zip(aircraft.surfaces, meshes)):
+        n = surface.strips
+        grid = Grid(surface.name, rows, slice(panel0, panel0 + rows * n),
+                    slice(strip0, strip0 + n), slice(node0, node0 + n + 1),
+                    slice(edge0, edge0 + (rows + 1) * n + rows * (n + 1)))
+        grids.append(grid)
+        parts.append(_surface_arrays(mesh, grid, number))
+        panel0, strip0 = grid.panels.stop, grid.strips.stop
+        node0, edge0 = grid.nodes.stop, grid.edges.stop
+    arrays = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
+
+    distinct: list[polars.SectionPolar] = []
+    index = []
+    for mesh in meshes:
+        for polar in mesh.polars:
+            if not any(polar is known for known in distinct):
+                distinct.append(polar)
+            index.append(next(i for i, known in enumerate(distinct) if known is polar))
+    polar_index = np.array(index)
+    landmark = {
+        key: np.array([getattr(polar, key) for polar in distinct])[polar_index]
+        for key in ('zero_lift', 'stall_high', 'stall_low')}
+    flap_angle, flap_shift = _flaps(aircraft, grids, meshes, arrays, rows)
+    for array in (*arrays.values(), *landmark.values(), flap_angle, flap_shift):
+        array.setflags(write=False)
+    return Lattice(
+        grids=tuple(grids), curves=read_only(np.stack([p.curve for p in distinct])),
+        polar_index=polar_index, flap_angle=flap_angle, flap_shift=flap_shift,
+        strip_names=tuple(f'{grid.name}_{i + 1}' for grid in grids
+                          for i in range(grid.strips.stop - grid.strips.start)),
+        **landmark, **arrays)
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np.ndarray]:
+    """Return one surface's share of the lattice's arrays, indices already those of the whole."""
+    P = mesh.corners
+    M, N = P.shape[0] - 1, P.shape[1] - 1
+    Z = np.empty_like(P)
+    Z[:-1] = 0.75 * P[:-1] + 0.25 * P[1:]
+    Z[-1] = P[-1] + 0.25 * (P[-1] - P[-2])
+    # left-front, right-front, right-rear, left-rear: circulation to starboard in front lifts.
+    rings = np.stack([Z[:-1, :-1], Z[:-1, 1:], Z[1:, 1:], Z[1:, :-1]], axis=2)
+    middle = 0.5 * (P[:, :-1] + P[:, 1:])
+    collocation = 0.25 * middle[:-1] + 0.75 * middle[1:]
+    # x aft crossed with the span, left to right, points to the suction side.
+    cross = np.cross(P[1:, 1:] - P[:-1, :-1], P[:-1, 1:] - P[1:, :-1])
+    normal = _unit(cross)
+    area = 0.5 * np.linalg.norm(cross, axis=-1)
+
+    quarter = 0.75 * P[0] + 0.25 * P[-1]
+    along = quarter[1:] - quarter[:-1]
+    width = np.linalg.norm(along, axis=-1)
+    e = along / width[:, None]
+    chordwise = middle[-1] - middle[0]
+    t = _unit(chordwise - np.sum(chordwise * e, axis=-1, keepdims=True) * e)
+    k = np.cross(t, e)
+
+    panel = grid.panels.start + np.arange(M * N).reshape(M, N)
+    strip = grid.strips.start + np.arange(N)
+    none = np.full(N, -1)
+    span_edges = {
+        'vector': Z[:, 1:] - Z[:, :-1], 'middle': 0.5 * (Z[:, 1:] + Z[:, :-1]),
+        'plus': np.vstack([panel, none]), 'minus': np.vstack([none, panel]),
+        'wake': np.vstack([np.full((M, N), -1), strip]),
+        'strip': np.broadcast_to(strip[:, None], (M + 1, N, 2))}
+    beside = np.full((M, 1), -1)
+    neighbours = np.column_stack([np.r_[strip[0], strip], np.r_[strip, strip[-1]]])
+    chord_edges = {
+        'vector': Z[1:] - Z[:-1], 'middle': 0.5 * (Z[1:] + Z[:-1]),
+        'plus': np.hstack([beside, panel]), 'minus': np.hstack([panel, beside]),
+        'wake': np.full((M, N + 1), -1),
+        'strip': np.broadcast_to(neighbours, (M, N + 1, 2))}
+    edges = {
+        'edge_' + key: np.concatenate([
+            span_edges[key].reshape((-1,) + span_edges[key].shape[2:]),
+            chord_edges[key].reshape((-1,) + chord_edges[key].shape[2:])])
+        for key in span_edges}
+    return {
+        'ring_corners': rings.reshape(-1, 4, 3),
+        'collocation': collocation.reshape(-1, 3),
+        'normal': normal.reshape(-1, 3),
+        'tangent': _unit(np.cross(e[None], normal)).reshape(-1, 3),
+        'area': area.ravel(),
+        'panel_strip': np.tile(strip, M),
+        'panel_share': np.repeat(flat_plate_share(M), N),
+        'wake_nodes': Z[-1].copy(),
+        'span_axis': e, 'chord_axis': t, 'strip_normal': k,
+        'quarter_chord': 0.5 * (quarter[1:] + quarter[:-1]),
+        'strip_chord': area.sum(axis=0) / width,
+        'strip_width': width,
+        'strip_surface': np.full(N, number),
+        'span_place': np.cumsum(width) - 0.5 * width,
+        'te_panel': panel[-1].copy(),
+        'te_node': grid.nodes.start + np.arange(N),
+        **edges}
+
+
+def _flaps(aircraft: Aircraft, grids: list[Grid], meshes: list[_SurfaceMesh],
+           arrays: dict[str, np.ndarray], rows: int) -> tuple[FloatArray, FloatArray]:
+    """Return flap_angle (controls, panels) and flap_shift (controls, strips) per unit angle."""
+    angle = np.zeros((len(aircraft.controls), len(arrays['area'])))
+    shift = np.zeros((len(aircraft.controls), len(arrays['strip_chord'])))
+    names = [grid.name for grid in grids]
+    for c, control in enumerate(aircraft.controls):
+        for effector in control.effectors:
+            s = names.index(effector.surface)
+            grid = grids[s]
+            covered = _covered(effector, aircraft.surfaces[s], meshes[s].edges)
+            sign = np.array([control_sign(k) for k in arrays['strip_normal'][grid.strips]])
+            turn = effector.gain * sign * covered
+            angle[c, grid.panels] += np.outer(_behind(rows, effector.hinge), turn).ravel()
+            shift[c, grid.strips] += turn * flap_effectiveness(rows, effector.hinge)
+        _require_effect(control, angle[c])
+    return angle, shift
+
+
+def _require_effect(control: Control, angle: FloatArray) -> None:
+    if not np.any(angle):
+        raise ConfigError(f'control {control.name}: its effectors cancel or cover no strip')
+
+
+def _covered(effector: Effector, surface: Surface, edges: FloatArray) -> FloatArray:
+    """Return the share (strips,) of each strip's width that an effector covers."""
+    if surface.symmetric:
+        half = 0.5 * edges[-1]
+        ranges = [(half + side * half * effector.span[0], half + side * half * effector.span[1])
+                  for side in (-1, 1) if effector.side in (0, side)]
+    else:
+        ranges = [(edges[-1] * effector.span[0], edges[-1] * effector.span[1])]
+    share = np.zeros(len(edges) - 1)
+    for a, b in ranges:
+        low, high = min(a, b), max(a, b)
+        share += np.clip(np.minimum(edges[1:], high) - np.maximum(edges[:-1], low), 0.0, None)
+    return share / np.diff(edges)

@@ -1,0 +1,133 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Section curves: cl, cd, cm of the angle of attack, over a full turn, continuous with slope.
+
+The table of an airfoil is interpolated once by PCHIP (monotone between points, so that no
+stall is invented) and put on a uniform grid of values and slopes. What is evaluated from then
+on, by residuals and loads alike, is the cubic Hermite interpolant of that grid: C1, periodic.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from scipy.interpolate import PchipInterpolator
+from scipy.optimize import brentq
+
+from poststall_sim.aircraft import Airfoil, ConfigError
+from poststall_sim.frames import FloatArray
+
+_EXACT = {'cache': True, 'nogil': True}
+
+GRID = 1440
+"""Intervals of the uniform grid over a full turn: a quarter of a degree each."""
+
+CL, CD, CM = 0, 1, 2
+"""Index of a coefficient in a curve."""
+
+_ATTACHED = math.radians(30.0)
+"""The zero-lift angle and the stall angles are looked for within this of zero."""
+
+
+@njit(**_EXACT)
+def section(curve, alpha, out):
+    """
+    Fill `out` with (cl, cd, cm, dcl/dalpha) at one angle [rad], any angle.
+
+    curve : (3, 2, GRID + 1) values and slopes [1/rad] of cl, cd, cm from -pi to pi.
+    """
+    step = 2.0 * math.pi / (curve.shape[2] - 1)
+    turns = (alpha + math.pi) / (2.0 * math.pi)
+    place = (turns - math.floor(turns)) * (curve.shape[2] - 1)
+    i = min(int(place), curve.shape[2] - 2)
+    t = place - i
+    h00 = (1.0 + 2.0 * t) * (1.0 - t) * (1.0 - t)
+    h10 = t * (1.0 - t) * (1.0 - t)
+    h01 = t * t * (3.0 - 2.0 * t)
+    h11 = t * t * (t - 1.0)
+    for c in range(3):
+        out[c] = h00 * curve[c, 0, i] + h01 * curve[c, 0, i + 1] \
+            + step * (h10 * curve[c, 1, i] + h11 * curve[c, 1, i + 1])
+    rise = (curve[0, 0, i + 1] - curve[0, 0, i]) / step
+    out[3] = 6.0 * t * (1.0 - t) * rise \
+        + (1.0 - t) * (1.0 - 3.0 * t) * curve[0, 1, i] + t * (3.0 * t - 2.0) * curve[0, 1, i + 1]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SectionPolar:
+    """
+    The curves of one airfoil, or of a mixture of two.
+
+    curve : (3, 2, GRID + 1), see `section`; zero_lift, stall_high, stall_low : angles of zero,
+    greatest and least lift in the attached range [rad].
+    """
+
+    curve: FloatArray
+    zero_lift: float
+    stall_high: float
+    stall_low: float
+
+    def at(self, alpha: FloatArray) -> FloatArray:
+        """Return cl, cd, cm, dcl/dalpha, (..., 4), at angles [rad]."""
+        alpha = np.asarray(alpha, dtype=np.float64)
+        out = np.empty(alpha.shape + (4,))
+        flat = out.reshape(-1, 4)
+        for i, angle in enumerate(alpha.ravel()):
+            section(self.curve, angle, flat[i])
+        return out
+
+
+def section_polar(airfoil: Airfoil) -> SectionPolar:
+    """Return the curves of an airfoil's table."""
+    curve = np.empty((3, 2, GRID + 1))
+    grid = np.linspace(-math.pi, math.pi, GRID + 1)
+    alpha = airfoil.alpha
+    # Two intervals from the other end on either side, so that slope is continuous at +-180 deg.
+    around = np.concatenate(
+        [alpha[-3:-1] - 2.0 * math.pi, alpha, alpha[1:3] + 2.0 * math.pi])
+    for c, values in enumerate((airfoil.cl, airfoil.cd, airfoil.cm)):
+        pchip = PchipInterpolator(around, np.concatenate([values[-3:-1], values, values[1:3]]))
+        curve[c, 0] = pchip(grid)
+        curve[c, 1] = pchip(grid, 1)
+        curve[c, :, -1] = curve[c, :, 0]
+    return _polar(curve, airfoil.name)
+
+
+def mixture(first: SectionPolar, second: SectionPolar, share: float) -> SectionPolar:
+    """Return the curves (1 - share) first + share second, for a strip between two sections."""
+    if share == 0.0 or first is second:
+        return first
+    return _polar((1.0 - share) * first.curve + share * second.curve, 'between two sections')
+
+
+def _polar(curve: FloatArray, name: str) -> SectionPolar:
+    """Return the polar of a curve with its landmarks found on the curve itself."""
+    curve.setflags(write=False)
+    out = np.empty(4)
+
+    def cl(alpha: float) -> float:
+        section(curve, alpha, out)
+        return out[0]
+
+    def slope(alpha: float) -> float:
+        section(curve, alpha, out)
+        return out[3]
+
+    angles = np.linspace(-_ATTACHED, _ATTACHED, 241)
+    lift = np.array([cl(a) for a in angles])
+    rising = np.flatnonzero((lift[:-1] <= 0.0) & (lift[1:] > 0.0))
+    if rising.size == 0:
+        raise ConfigError(f'airfoil {name}: cl must rise through zero between -30 and 30 deg')
+    i = rising[np.argmin(np.abs(angles[rising]))]
+    zero_lift = brentq(cl, angles[i], angles[i + 1], xtol=1e-14)
+
+    def extreme(k: int) -> float:
+        low, high = angles[max(k - 1, 0)], angles[min(k + 1, len(angles) - 1)]
+        if slope(low) * slope(high) < 0.0:
+            return brentq(slope, low, high, xtol=1e-12)
+        return angles[k]
+
+    return SectionPolar(curve, zero_lift, extreme(int(np.argmax(lift))),
+                        extreme(int(np.argmin(lift))))

@@ -1,0 +1,294 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The definition of an aircraft: geometry, masses, controls, engines, section curves.
+
+All records are frozen; lengths in metres and angles in radians, geometry axes G
+(x aft, y right, z up). Constructors refuse what cannot fly, with a `ConfigError`.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from poststall_sim.frames import FloatArray
+
+
+class ConfigError(ValueError):
+    """An aircraft or simulation definition that cannot be flown."""
+
+
+def read_only(values) -> FloatArray:
+    """Return a read-only float64 copy, so that a record cannot change behind its user."""
+    array = np.array(values, dtype=np.float64, order='C')
+    array.setflags(write=False)
+    return array
+
+
+def require_positive(name: str, value: float, unit: str) -> None:
+    """Raise `ConfigError` unless the value is finite and above 0."""
+    if not (math.isfinite(value) and value > 0.0):
+        raise ConfigError(f'{name} must be above 0 {unit}, got {value!r}')
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Airfoil:
+    """
+    Measured or computed curves of one section over a full turn.
+
+    alpha : (n,) strictly increasing from -pi to pi [rad]; cl, cd, cm : (n,) [-], cm about the
+    quarter chord, nose-up positive; the last row equals the first.
+    """
+
+    name: str
+    alpha: FloatArray
+    cl: FloatArray
+    cd: FloatArray
+    cm: FloatArray
+
+    def __post_init__(self) -> None:
+        """Refuse tables that are not curves over a full turn."""
+        for key in ('alpha', 'cl', 'cd', 'cm'):
+            object.__setattr__(self, key, read_only(getattr(self, key)))
+        n = len(self.alpha)
+        if n < 8 or any(len(getattr(self, key)) != n for key in ('cl', 'cd', 'cm')):
+            raise ConfigError(f'airfoil {self.name}: alpha, cl, cd and cm need one length of '
+                              f'at least 8 rows, got {n}')
+        for key in ('alpha', 'cl', 'cd', 'cm'):
+            bad = np.flatnonzero(~np.isfinite(getattr(self, key)))
+            if bad.size:
+                raise ConfigError(f'airfoil {self.name}: {key} is not a finite number in '
+                                  f'data row {bad[0] + 1}')
+        falls = np.flatnonzero(np.diff(self.alpha) <= 0.0)
+        if falls.size:
+            raise ConfigError(
+                f'airfoil {self.name}: alpha must increase from row to row, but row '
+                f'{falls[0] + 2} has {math.degrees(self.alpha[falls[0] + 1]):g} deg after '
+                f'{math.degrees(self.alpha[falls[0]]):g} deg')
+        if abs(self.alpha[0] + math.pi) > 1e-6 or abs(self.alpha[-1] - math.pi) > 1e-6:
+            raise ConfigError(
+                f'airfoil {self.name}: alpha must run from -180 to 180 deg, got '
+                f'{math.degrees(self.alpha[0]):g} to {math.degrees(self.alpha[-1]):g}')
+        for key in ('cl', 'cd', 'cm'):
+            values = getattr(self, key)
+            if abs(values[0] - values[-1]) > 1e-9:
+                raise ConfigError(f'airfoil {self.name}: {key} must be the same at -180 and 180 '
+                                  f'deg, got {values[0]:g} and {values[-1]:g}')
+        if self.cd.min() < 0.0:
+            raise ConfigError(f'airfoil {self.name}: cd must not be negative, got '
+                              f'{self.cd.min():g}')
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """One station of a surface: leading edge in G [m], chord [m], twist nose-up [rad], airfoil."""
+
+    leading_edge_G: tuple[float, float, float]
+    chord: float
+    airfoil: str
+    twist: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse a chord without length and a twist that looks like degrees."""
+        require_positive('chord', self.chord, 'm')
+        if not all(math.isfinite(x) for x in self.leading_edge_G):
+            raise ConfigError(f'leading edge must be three finite lengths in m, got '
+                              f'{self.leading_edge_G}')
+        if not abs(self.twist) <= math.pi / 2:
+            raise ConfigError(
+                f'twist is in radians and must lie within +-pi/2, got {self.twist!r} '
+                f'(did you mean {math.radians(self.twist):.4f}, from degrees?)')
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """
+    A lifting surface: sections in order along its span, and how finely it is cut.
+
+    A symmetric surface is drawn from root to starboard tip and mirrored in y = 0; any other
+    from its left tip to its right tip, a fin from root to tip. ``strips`` counts the whole
+    surface, both sides; ``spacing_cosine`` crowds them towards the tips.
+    """
+
+    name: str
+    sections: tuple[Section, ...]
+    strips: int
+    symmetric: bool = False
+    spacing_cosine: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse surfaces without span or strips."""
+        if len(self.sections) < 2:
+            raise ConfigError(f'surface {self.name}: needs at least 2 sections, got '
+                              f'{len(self.sections)}')
+        if self.strips < 1 or (self.symmetric and self.strips % 2):
+            raise ConfigError(f'surface {self.name}: strips must be a positive number, even on '
+                              f'a symmetric surface, got {self.strips}')
+        for a, b in zip(self.sections, self.sections[1:]):
+            if math.hypot(b.leading_edge_G[1] - a.leading_edge_G[1],
+                          b.leading_edge_G[2] - a.leading_edge_G[2]) < 1e-6 * a.chord:
+                raise ConfigError(f'surface {self.name}: two neighbouring sections stand at the '
+                                  f'same y and z, {a.leading_edge_G[1:]}')
+        halves = (len(self.sections) - 1) * (2 if self.symmetric else 1)
+        if self.strips < halves:
+            raise ConfigError(f'surface {self.name}: {self.strips} strips are fewer than its '
+                              f'{halves} trapezoids')
+        if self.symmetric and abs(self.sections[0].leading_edge_G[1]) > 1e-9:
+            raise ConfigError(f'surface {self.name}: a symmetric surface starts at y = 0, got '
+                              f'y = {self.sections[0].leading_edge_G[1]:g} m')
+
+
+@dataclass(frozen=True, slots=True)
+class Effector:
+    """
+    The part of a surface that a control moves.
+
+    span : from, to as shares of the (half) span, 0 at the root or left end, 1 at the tip.
+    side : +1 starboard half, -1 port half, 0 both. hinge : share of the chord, 0 for an
+    all-moving surface. gain : deflection per control deflection (mixing), signed.
+    """
+
+    surface: str
+    span: tuple[float, float] = (0.0, 1.0)
+    side: int = 0
+    hinge: float = 0.75
+    gain: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse spans and hinges outside the surface."""
+        low, high = self.span
+        if not 0.0 <= low < high <= 1.0:
+            raise ConfigError(f'span must satisfy 0 <= from < to <= 1, got {self.span}')
+        if not 0.0 <= self.hinge < 1.0:
+            raise ConfigError(f'hinge must lie in 0 <= hinge < 1 of the chord, got {self.hinge}')
+        if not math.isfinite(self.gain) or self.gain == 0.0:
+            raise ConfigError(f'gain must be a finite number other than 0, got {self.gain}')
+
+
+@dataclass(frozen=True, slots=True)
+class Control:
+    """A control by name, its limits [rad] and the effectors that it moves."""
+
+    name: str
+    limits: tuple[float, float]
+    effectors: tuple[Effector, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse limits that do not hold the neutral position between them."""
+        low, high = self.limits
+        if not (low <= 0.0 <= high and low < high and max(-low, high) <= math.pi / 2):
+            raise ConfigError(
+                f'control {self.name}: limits must satisfy low <= 0 <= high within +-90 deg, '
+                f'got {math.degrees(low):g} to {math.degrees(high):g} deg')
+        if not self.effectors:
+            raise ConfigError(f'control {self.name}: moves nothing, it needs an effector')
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MassProperties:
+    """Mass [kg], centre of gravity in G [m], inertia about it, (3, 3) in B [kg m^2]."""
+
+    mass: float
+    cg_G: tuple[float, float, float]
+    inertia_B: FloatArray
+
+    def __post_init__(self) -> None:
+        """Refuse bodies that cannot exist."""
+        require_positive('mass', self.mass, 'kg')
+        object.__setattr__(self, 'inertia_B', read_only(self.inertia_B))
+        inertia = self.inertia_B
+        if inertia.shape != (3, 3) or not np.isfinite(inertia).all() \
+                or np.abs(inertia - inertia.T).max() > 1e-9 * np.abs(inertia).max():
+            raise ConfigError('inertia must be a symmetric 3 x 3 tensor of finite numbers')
+        moments = np.linalg.eigvalsh(inertia)
+        if moments[0] <= 0.0:
+            raise ConfigError(f'inertia must be positive in every direction, its principal '
+                              f'moments are {np.array2string(moments, precision=4)} kg m^2')
+        if moments[0] + moments[1] < moments[2] * (1.0 - 1e-9):
+            raise ConfigError(
+                f'inertia breaks the triangle inequality: the two smaller principal moments, '
+                f'{moments[0]:.4g} and {moments[1]:.4g}, must add up to at least the largest, '
+                f'{moments[2]:.4g} kg m^2')
+
+
+@dataclass(frozen=True, slots=True)
+class Engine:
+    """
+    A propeller as a straight line of thrust over airspeed.
+
+    static_thrust [N] at full throttle at rest, falling linearly to none at
+    zero_thrust_airspeed [m/s]; it acts at position_G [m] along direction_G (unit, the way the
+    thrust pushes). Throttle scales it linearly; there is no torque and no slipstream.
+    """
+
+    static_thrust: float
+    zero_thrust_airspeed: float
+    position_G: tuple[float, float, float]
+    direction_G: tuple[float, float, float] = (-1.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse engines that push nowhere."""
+        require_positive('static_thrust', self.static_thrust, 'N')
+        require_positive('zero_thrust_airspeed', self.zero_thrust_airspeed, 'm/s')
+        if abs(math.hypot(*self.direction_G) - 1.0) > 1e-6:
+            raise ConfigError(f'direction must be a unit vector, got {self.direction_G}')
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """Area [m^2], chord [m] and span [m] that coefficients are made with."""
+
+    area: float
+    chord: float
+    span: float
+
+    def __post_init__(self) -> None:
+        """Refuse lengths that coefficients cannot be divided by."""
+        require_positive('reference area', self.area, 'm^2')
+        require_positive('reference chord', self.chord, 'm')
+        require_positive('reference span', self.span, 'm')
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Aircraft:
+    """Everything that is needed to fly, and nothing that changes in flight."""
+
+    name: str
+    surfaces: tuple[Surface, ...]
+    airfoils: tuple[Airfoil, ...]
+    reference: Reference
+    mass: MassProperties
+    controls: tuple[Control, ...] = ()
+    engines: tuple[Engine, ...] = ()
+    control_names: tuple[str, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Refuse names that point nowhere or twice."""
+        if not self.surfaces:
+            raise ConfigError('an aircraft needs at least one surface')
+        for kind, names in (('surface', [s.name for s in self.surfaces]),
+                            ('airfoil', [a.name for a in self.airfoils]),
+                            ('control', [c.name for c in self.controls])):
+            for name in names:
+                if names.count(name) > 1:
+                    raise ConfigError(f'two {kind}s are named {name}')
+        if any(control.name == 'throttle' for control in self.controls):
+            raise ConfigError('a control must not be named throttle: that is the engines\' name')
+        airfoils = {airfoil.name for airfoil in self.airfoils}
+        surfaces = {surface.name: surface for surface in self.surfaces}
+        for surface in self.surfaces:
+            for section in surface.sections:
+                if section.airfoil not in airfoils:
+                    raise ConfigError(f'surface {surface.name}: no airfoil named '
+                                      f'{section.airfoil}, there are {sorted(airfoils)}')
+        for control in self.controls:
+            for effector in control.effectors:
+                if effector.surface not in surfaces:
+                    raise ConfigError(f'control {control.name}: no surface named '
+                                      f'{effector.surface}, there are {sorted(surfaces)}')
+                if effector.side and not surfaces[effector.surface].symmetric:
+                    raise ConfigError(f'control {control.name}: surface {effector.surface} is '
+                                      'not symmetric, so it has no left or right side')
+        object.__setattr__(
+            self, 'control_names', tuple(control.name for control in self.controls))

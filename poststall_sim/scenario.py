@@ -1,0 +1,67 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""A scenario: what the pilot does, as straight lines between points in simulated time."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from poststall_sim.aircraft import ConfigError
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """
+    One control over time: (time [s], value) points joined by straight lines, ends held.
+
+    Values are deflections [rad], or 0..1 for the throttle; relative ones are added to the
+    trimmed value that the flight starts from.
+    """
+
+    control: str
+    points: tuple[tuple[float, float], ...]
+    relative: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse a channel whose time runs backwards."""
+        if not self.points:
+            raise ConfigError(f'channel {self.control}: needs at least one point')
+        times = [time for time, _ in self.points]
+        if any(b < a for a, b in zip(times, times[1:])):
+            raise ConfigError(f'channel {self.control}: times must not fall, got {times}')
+
+    def value(self, time: float) -> float:
+        """Return the value at a simulated time [s]."""
+        times, values = zip(*self.points)
+        return float(np.interp(time, times, values))
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """A named flight: its length [s], where it starts, and the channels the pilot moves."""
+
+    name: str
+    duration: float
+    airspeed: float
+    altitude: float
+    channels: tuple[Channel, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse a flight that takes no time or goes nowhere."""
+        if not self.duration > 0.0 or not self.airspeed > 0.0:
+            raise ConfigError(f'scenario {self.name}: duration and airspeed must be above 0, '
+                              f'got {self.duration!r} s and {self.airspeed!r} m/s')
+        names = [channel.control for channel in self.channels]
+        if len(set(names)) < len(names):
+            raise ConfigError(f'scenario {self.name}: two channels move one control, {names}')
+
+    def commands(self, time: float, trim: dict[str, float]) -> dict[str, float]:
+        """
+        Return the commanded deflections [rad] and throttle [-] by name at a time [s].
+
+        ``trim`` holds the trimmed values by name; controls without a channel are left out.
+        """
+        return {
+            channel.control: channel.value(time)
+            + (trim.get(channel.control, 0.0) if channel.relative else 0.0)
+            for channel in self.channels}

@@ -1,0 +1,241 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Flight: flow and body advanced together in steps of dt.
+
+One step goes from t to t + dt: the body is moved with the old loads held (predictor), the flow is
+advanced to where that puts it, and the body is moved again with loads linear in time between old
+and new (corrector). The coupling is of second order in dt with quasi-steady loads; the shed wake
+itself is of first order.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from poststall_sim import rigid_body, trim as trims
+from poststall_sim.aero import solver
+from poststall_sim.aero.solver import AeroResult, FlowState, Model, Onset, Settings
+from poststall_sim.aero.wake import Placement
+from poststall_sim.aircraft import Aircraft, ConfigError
+from poststall_sim.atmosphere import standard_air
+from poststall_sim.frames import (
+    GRAVITY, FloatArray, body_to_geometry, flow_angles, geometry_to_body, rotation)
+from poststall_sim.propulsion import thrust
+from poststall_sim.state import BodyState, Controls, Snapshot, Status
+
+CALM = np.zeros(3)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FlightState:
+    """
+    Everything a step starts from.
+
+    load : (6,) aerodynamics and thrust in B with the added mass taken out [N, N m]; motion,
+    previous_motion : (6,) velocity and rates in B of this step and the one before, for the
+    added mass.
+    """
+
+    time_ns: int
+    body: BodyState
+    controls: Controls
+    flow: FlowState
+    load: FloatArray
+    motion: FloatArray
+    previous_motion: FloatArray
+
+
+def limited(aircraft: Aircraft, controls: Controls) -> Controls:
+    """Return the controls within their limits."""
+    limits = np.array([control.limits for control in aircraft.controls]).reshape(-1, 2)
+    return Controls(np.clip(controls.deflections, limits[:, 0], limits[:, 1]),
+                    min(max(controls.throttle, 0.0), 1.0))
+
+
+def placement(aircraft: Aircraft, body: BodyState) -> Placement:
+    """Return where the geometry axes of an aircraft are."""
+    rotation_NG = rotation(body.q_NB) @ np.diag(geometry_to_body(np.ones(3)))
+    return Placement(body.position_N - rotation_NG @ np.array(aircraft.mass.cg_G), rotation_NG)
+
+
+def _air_velocity(body: BodyState, wind_N: FloatArray) -> FloatArray:
+    """Return the velocity through the air (3,) in B [m/s]."""
+    return body.velocity_B - rotation(body.q_NB).T @ wind_N
+
+
+def _onset(body: BodyState, wind_N: FloatArray) -> Onset:
+    return Onset(body_to_geometry(-_air_velocity(body, wind_N)), body_to_geometry(body.rates_B))
+
+
+def begin(model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
+          wind_N: FloatArray = CALM, delta0: FloatArray | None = None,
+          time_ns: int = 0) -> tuple[FlightState, Snapshot]:
+    """Return the first state of a flight, on the steady wake of its onset."""
+    controls = limited(model.aircraft, controls)
+    density = standard_air(body.altitude).density
+    flow, aero = solver.start(
+        model, _onset(body, wind_N), placement(model.aircraft, body), controls.deflections,
+        density=density, dt=dt_ns * 1e-9, delta0=delta0)
+    motion = np.concatenate([body.velocity_B, body.rates_B])
+    load = _load(aero) + _thrust(model, body, controls, wind_N)
+    state = FlightState(time_ns, body, controls, flow, load, motion, motion)
+    return state, _snapshot(model, state, aero, wind_N, np.zeros(6))
+
+
+def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
+         wind_N: FloatArray = CALM) -> tuple[FlightState, Snapshot]:
+    """
+    Return state and snapshot one step later; nothing is changed in place.
+
+    controls are those of the step's end, limited here. A value that is not finite makes the
+    snapshot's status DIVERGED; it is for the caller to go back to the old state.
+    """
+    dt = dt_ns * 1e-9
+    aircraft, mass = model.aircraft, model.aircraft.mass
+    controls = limited(aircraft, controls)
+    density = standard_air(state.body.altitude).density
+    added = density * model.added_mass if model.settings.unsteady else np.zeros((6, 6))
+    rigid = {'mass': mass.mass, 'inertia_B': mass.inertia_B, 'inverse':
+             rigid_body.mass_matrix_inverse(mass.mass, mass.inertia_B, added)}
+
+    guess = rigid_body.advance(state.body, state.load, state.load, dt, **rigid)
+    flow, aero = solver.advance(
+        model, state.flow, _onset(guess, wind_N), placement(aircraft, guess),
+        controls.deflections, density=density, dt=dt, drift_N=wind_N * dt)
+    motion = np.concatenate([guess.velocity_B, guess.rates_B])
+    # The same difference formula as dG/dt, so that the added mass cancels exactly.
+    rate = (3.0 * motion - 4.0 * state.motion + state.previous_motion) / (2.0 * dt)
+    load = _load(aero) + added @ rate + _thrust(model, guess, controls, wind_N)
+    body = rigid_body.advance(state.body, state.load, load, dt, **rigid)
+
+    new = FlightState(state.time_ns + dt_ns, body, controls, flow, load,
+                      np.concatenate([body.velocity_B, body.rates_B]), state.motion)
+    change = rigid_body.acceleration(body, load, **rigid)
+    return new, _snapshot(model, new, aero, wind_N, change, added @ (rate - change))
+
+
+def _load(aero: AeroResult) -> FloatArray:
+    return np.concatenate([geometry_to_body(aero.force_G), geometry_to_body(aero.moment_G)])
+
+
+def _thrust(model: Model, body: BodyState, controls: Controls, wind_N: FloatArray) -> FloatArray:
+    return np.concatenate(
+        thrust(model.aircraft, _air_velocity(body, wind_N), controls.throttle))
+
+
+def _snapshot(model: Model, state: FlightState, aero: AeroResult, wind_N: FloatArray,
+              change: FloatArray, correction: FloatArray = np.zeros(6)) -> Snapshot:
+    """
+    Return what can be measured at a state.
+
+    change (6,) : d(nu)/dt in B; correction (6,) : what the added mass makes of the difference
+    between that acceleration and the one the loads were computed with.
+    """
+    body = state.body
+    air_B = _air_velocity(body, wind_N)
+    airspeed, alpha, beta = flow_angles(air_B)
+    aerodynamic = _load(aero) + correction
+    push = _thrust(model, body, state.controls, wind_N)
+    status = aero.status
+    if not (body.is_finite() and np.isfinite(change).all()):
+        status = Status.DIVERGED
+    specific = (aerodynamic[:3] + push[:3]) / model.aircraft.mass.mass
+    return Snapshot(
+        time_ns=state.time_ns, body=body, controls=state.controls, velocity_air_B=air_B,
+        airspeed=airspeed, alpha=alpha, beta=beta,
+        acceleration_B=change[:3] + np.cross(body.rates_B, body.velocity_B),
+        rate_change_B=change[3:], load_factor=-float(specific[2]) / GRAVITY,
+        force_B=aerodynamic[:3], moment_B=aerodynamic[3:], thrust_B=push[:3],
+        thrust_moment_B=push[3:], wind_N=wind_N,
+        density=standard_air(body.altitude).density, strips=aero.strips,
+        iterations=aero.iterations, max_residual=aero.max_residual, status=status)
+
+
+class Flight:
+    """
+    A model in flight: the present state, and the one it can go back to.
+
+    ``paused_reason`` is None, or says why the flight does not go on: ground contact (flat ground
+    at altitude 0; there is no landing gear) or divergence, with the last good state kept.
+    """
+
+    def __init__(self, model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
+                 wind_N: FloatArray = CALM, delta0: FloatArray | None = None):
+        """Start at a body state with controls; see `begin`."""
+        self.model = model
+        self.dt_ns = dt_ns
+        self.trim = limited(model.aircraft, controls)
+        self.wind_N = np.array(wind_N, dtype=float)
+        self._first = (body, delta0)
+        self.reset(time_ns=0)
+
+    def reset(self, time_ns: int | None = None) -> Snapshot:
+        """Go back to the initial state with a fresh wake; time goes on unless it is given."""
+        body, delta0 = self._first
+        self.paused_reason: str | None = None
+        self.state, self.snapshot = begin(
+            self.model, body, self.trim, dt_ns=self.dt_ns, wind_N=self.wind_N, delta0=delta0,
+            time_ns=self.snapshot.time_ns if time_ns is None else time_ns)
+        return self.snapshot
+
+    def step(self, controls: Controls) -> Snapshot:
+        """Advance by one step and return what is measured; never raises."""
+        if self.paused_reason is not None:
+            return self.snapshot
+        state, snapshot = step(
+            self.model, self.state, controls, dt_ns=self.dt_ns, wind_N=self.wind_N)
+        if snapshot.status is Status.DIVERGED:
+            self.paused_reason = (f'diverged after {self.state.time_ns * 1e-9:.3f} s: a value '
+                                  'is not finite; the last good state is kept')
+        else:
+            self.state, self.snapshot = state, snapshot
+            if state.body.altitude <= 0.0:
+                speed = float(np.linalg.norm(state.body.velocity_B))
+                self.paused_reason = (f'ground contact at {snapshot.time:.3f} s with '
+                                      f'{speed:.1f} m/s; there is no landing gear')
+        return self.snapshot
+
+
+def automatic_dt_ns(model: Model, airspeed: float) -> int:
+    """
+    Return the step [ns]: the reference chord's panel over the airspeed, in whole milliseconds.
+
+    Rounded down, so that a wake row is no longer than a panel of the wing.
+    """
+    panel = model.aircraft.reference.chord / model.settings.chordwise
+    return max(1, math.floor(1e3 * panel / airspeed + 1e-9)) * 1_000_000
+
+
+def start(aircraft: Aircraft, settings: Settings = Settings(), *, airspeed: float,
+          altitude: float, wind_N: FloatArray = CALM, dt: float | None = None,
+          progress: Callable[[str], None] = lambda text: None) -> Flight:
+    """
+    Return a flight in straight trim, ready to step: everything is compiled or loaded.
+
+    airspeed [m/s]; altitude [m]; dt [s], None for `automatic_dt_ns`; progress is told what
+    takes the time. Raises `ConfigError` where no trim exists.
+    """
+    progress('building the lattice (compiling on the first run, up to a minute)')
+    model = solver.build(aircraft, settings)
+    dt_ns = automatic_dt_ns(model, airspeed) if dt is None else round(dt * 1e9)
+    longest = 2 * automatic_dt_ns(model, airspeed)
+    if not 0 < dt_ns <= longest:
+        raise ConfigError(f'dt must be above 0 and at most {longest * 1e-9:g} s (twice the panel '
+                          f'chord over the airspeed), got {dt_ns * 1e-9:g} s')
+    progress(f'trimming at {airspeed:g} m/s')
+    trim = trims.powered(model, airspeed=airspeed, altitude=altitude)
+    if trim.status is not Status.CONVERGED:
+        raise ConfigError(f'no level trim at {airspeed:g} m/s: {trim.message}')
+    q_NB = trim.q_NB
+    body = BodyState(np.array([0.0, 0.0, -altitude]),
+                     trim.velocity_B + rotation(q_NB).T @ np.asarray(wind_N, dtype=float),
+                     np.zeros(3), q_NB)
+    flight = Flight(model, body, trim.controls, dt_ns=dt_ns, wind_N=wind_N,
+                    delta0=trim.aero.strips.delta)
+    progress('warming up')
+    flight.step(trim.controls)
+    flight.reset(time_ns=0)
+    return flight

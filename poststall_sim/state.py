@@ -1,0 +1,119 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""What changes in flight, as frozen records: the body, its controls, the strips, a snapshot."""
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+
+from poststall_sim.aircraft import read_only
+from poststall_sim.frames import FloatArray
+
+
+class Status(enum.Enum):
+    """How a solution ended."""
+
+    CONVERGED = 'converged'
+    NOT_CONVERGED = 'not converged: the best iterate is kept, see the residual'
+    DIVERGED = 'diverged: a value is not finite'
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BodyState:
+    """
+    A rigid body: position_N (3,) [m] and velocity_B (3,) [m/s] of its centre of gravity,
+    rates_B (3,) [rad/s] and attitude q_NB (4,) [w, x, y, z].
+    """  # noqa: D205
+
+    position_N: FloatArray
+    velocity_B: FloatArray
+    rates_B: FloatArray
+    q_NB: FloatArray
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        for key in ('position_N', 'velocity_B', 'rates_B', 'q_NB'):
+            object.__setattr__(self, key, read_only(getattr(self, key)))
+
+    @property
+    def altitude(self) -> float:
+        """Height above the origin of N [m]."""
+        return -float(self.position_N[2])
+
+    def is_finite(self) -> bool:
+        """Tell whether every number is finite."""
+        return bool(np.isfinite(self.position_N).all() and np.isfinite(self.velocity_B).all()
+                    and np.isfinite(self.rates_B).all() and np.isfinite(self.q_NB).all())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Controls:
+    """Deflections (n,) [rad] in the order of ``aircraft.control_names``, and throttle 0..1."""
+
+    deflections: FloatArray
+    throttle: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Make the array read-only."""
+        object.__setattr__(self, 'deflections', read_only(self.deflections))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Strips:
+    """
+    Operating points of all strips, each array (n,), in the lattice's order.
+
+    alpha : angle of attack at which the section works [rad]; cl, cd, cm : section coefficients
+    [-]; delta : decambering [rad]; circulation [m^2/s]; residual : of the closure in use [rad];
+    stalled : past the section's angle of maximum (or minimum) lift.
+    """
+
+    alpha: FloatArray
+    cl: FloatArray
+    cd: FloatArray
+    cm: FloatArray
+    delta: FloatArray
+    circulation: FloatArray
+    residual: FloatArray
+    stalled: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Snapshot:
+    """
+    One instant of a flight, everything that can be shown or published.
+
+    force_B, moment_B : aerodynamic, about the centre of gravity, added mass included [N, N m];
+    thrust_B, thrust_moment_B : of the engines; velocity_air_B : through the air [m/s];
+    acceleration_B : d(velocity)/dt seen from N, in B, gravity included [m/s^2];
+    rate_change_B [rad/s^2]; load_factor : lift-wise specific force over g, 1 in level flight;
+    wind_N : velocity of the air, where it blows to [m/s]; iterations, max_residual and status
+    of the decambering.
+    """
+
+    time_ns: int
+    body: BodyState
+    controls: Controls
+    velocity_air_B: FloatArray
+    airspeed: float
+    alpha: float
+    beta: float
+    acceleration_B: FloatArray
+    rate_change_B: FloatArray
+    load_factor: float
+    force_B: FloatArray
+    moment_B: FloatArray
+    thrust_B: FloatArray
+    thrust_moment_B: FloatArray
+    wind_N: FloatArray
+    density: float
+    strips: Strips
+    iterations: int
+    max_residual: float
+    status: Status
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.time_ns * 1e-9

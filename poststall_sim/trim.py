@@ -1,0 +1,163 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Straight trimmed flight: powered at an airspeed, or gliding at an angle of attack.
+
+The residual is the sum of forces and moments over weight (and weight times mean chord), from the
+same steady loads that the flight starts from.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq, root
+
+from poststall_sim.aero import solver
+from poststall_sim.aero.solver import AeroResult, Model, Onset
+from poststall_sim.aircraft import ConfigError
+from poststall_sim.atmosphere import standard_air
+from poststall_sim.frames import (
+    GRAVITY, FloatArray, body_to_geometry, body_to_stability, geometry_to_body,
+    quaternion_from_euler, rotation, velocity_from_flow_angles)
+from poststall_sim.propulsion import thrust
+from poststall_sim.state import Controls, Status
+
+ACCEPTED = 1e-6
+"""Largest residual of a trim, in weights and weights times mean chord."""
+PITCH_CONTROL = 'elevator'
+"""The control that trims the pitching moment."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trim:
+    """
+    A straight flight without acceleration, wings level.
+
+    airspeed [m/s]; alpha, climb_angle [rad]; controls; residual (3,): X, Z over weight and M over
+    weight times chord; aero: the loads; status and message say whether it can be flown.
+    """
+
+    airspeed: float
+    alpha: float
+    climb_angle: float
+    controls: Controls
+    residual: FloatArray
+    aero: AeroResult
+    status: Status
+    message: str
+
+    @property
+    def q_NB(self) -> FloatArray:
+        """Attitude, heading north."""
+        return quaternion_from_euler(0.0, self.alpha + self.climb_angle, 0.0)
+
+    @property
+    def velocity_B(self) -> FloatArray:
+        """Velocity through the air (3,) [m/s]."""
+        return velocity_from_flow_angles(self.airspeed, self.alpha, 0.0)
+
+
+def _elevator(model: Model) -> int:
+    names = model.aircraft.control_names
+    if PITCH_CONTROL not in names:
+        raise ConfigError(f'trim moves the control named {PITCH_CONTROL}, there are '
+                          f'{list(names) or "none"}')
+    return names.index(PITCH_CONTROL)
+
+
+def _loads(model: Model, airspeed: float, alpha: float, elevator: float, density: float,
+           delta0: FloatArray | None) -> AeroResult:
+    deflections = np.zeros(len(model.aircraft.controls))
+    deflections[_elevator(model)] = elevator
+    onset = Onset(body_to_geometry(-velocity_from_flow_angles(airspeed, alpha, 0.0)), np.zeros(3))
+    return solver.steady(model, onset, deflections, density=density, delta0=delta0)
+
+
+def _finish(model: Model, airspeed: float, alpha: float, climb_angle: float, elevator: float,
+            throttle: float, aero: AeroResult) -> Trim:
+    """Return the trim with its residual, and whether controls and solver allow it."""
+    aircraft = model.aircraft
+    deflections = np.zeros(len(aircraft.controls))
+    deflections[_elevator(model)] = elevator
+    residual = _residual(model, airspeed, alpha, climb_angle, throttle, aero)
+    low, high = aircraft.controls[_elevator(model)].limits
+    message = 'trimmed'
+    if aero.status is not Status.CONVERGED:
+        message = f'the aerodynamics did not converge, residual {aero.max_residual:.1e}'
+    elif np.abs(residual).max() > ACCEPTED:
+        message = f'no balance found, residual {np.abs(residual).max():.1e} of the weight'
+    elif not low <= elevator <= high:
+        message = (f'the elevator would have to stand at {math.degrees(elevator):.1f} deg, its '
+                   f'limits are {math.degrees(low):g} and {math.degrees(high):g}')
+    elif not 0.0 <= throttle <= 1.0:
+        message = f'the throttle would have to stand at {throttle:.2f}, it goes from 0 to 1'
+    status = Status.CONVERGED if message == 'trimmed' else Status.NOT_CONVERGED
+    return Trim(airspeed, alpha, climb_angle, Controls(deflections, throttle), residual, aero,
+                status, message)
+
+
+def _residual(model: Model, airspeed: float, alpha: float, climb_angle: float, throttle: float,
+              aero: AeroResult) -> FloatArray:
+    aircraft = model.aircraft
+    weight = aircraft.mass.mass * GRAVITY
+    push, turn = thrust(aircraft, velocity_from_flow_angles(airspeed, alpha, 0.0), throttle)
+    gravity_B = rotation(quaternion_from_euler(0.0, alpha + climb_angle, 0.0)).T[:, 2] * weight
+    force = geometry_to_body(aero.force_G) + push + gravity_B
+    moment = geometry_to_body(aero.moment_G) + turn
+    return np.array([force[0] / weight, force[2] / weight,
+                     moment[1] / (weight * aircraft.reference.chord)])
+
+
+def powered(model: Model, *, airspeed: float, altitude: float, climb_angle: float = 0.0,
+            alpha0: float = math.radians(4.0)) -> Trim:
+    """
+    Return the trim at an airspeed [m/s] along a climb angle [rad], with elevator and throttle.
+
+    alpha0 [rad] is where the search starts: it chooses the branch where there are several.
+    """
+    density = standard_air(altitude).density
+    state = {'delta': None}
+
+    def imbalance(unknown: FloatArray) -> FloatArray:
+        alpha, elevator, throttle = unknown
+        aero = _loads(model, airspeed, alpha, elevator, density, state['delta'])
+        state['aero'], state['delta'] = aero, aero.strips.delta
+        return _residual(model, airspeed, alpha, climb_angle, throttle, aero)
+
+    found = root(imbalance, np.array([alpha0, 0.0, 0.3]), method='hybr', tol=1e-12)
+    imbalance(found.x)
+    alpha, elevator, throttle = (float(x) for x in found.x)
+    return _finish(model, airspeed, alpha, climb_angle, elevator, throttle, state['aero'])
+
+
+def glide(model: Model, *, alpha: float, altitude: float,
+          delta0: FloatArray | None = None) -> Trim:
+    """
+    Return the glide at an angle of attack [rad], without thrust.
+
+    The elevator balances the pitching moment; then tan(climb_angle) = -CD / CL and the airspeed
+    follows from the weight. delta0 (n,) carries the decambering of a neighbouring alpha along.
+    """
+    density = standard_air(altitude).density
+    weight = model.aircraft.mass.mass * GRAVITY
+    low, high = model.aircraft.controls[_elevator(model)].limits
+    trial_speed = 20.0
+    state = {'delta': delta0}
+
+    def pitching(elevator: float) -> float:
+        aero = _loads(model, trial_speed, alpha, elevator, density, state['delta'])
+        state['aero'], state['delta'] = aero, aero.strips.delta
+        return float(geometry_to_body(aero.moment_G)[1])
+
+    at_low, at_high = pitching(low), pitching(high)
+    if at_low * at_high > 0.0:
+        elevator = low if abs(at_low) < abs(at_high) else high
+    else:
+        elevator = brentq(pitching, low, high, xtol=1e-13)
+    pitching(elevator)
+    stability = body_to_stability(geometry_to_body(state['aero'].force_G), alpha)
+    lift, drag = -float(stability[2]), -float(stability[0])
+    airspeed = trial_speed * math.sqrt(weight / math.hypot(lift, drag))
+    aero = _loads(model, airspeed, alpha, elevator, density, state['delta'])
+    return _finish(model, airspeed, alpha, -math.atan2(drag, lift), elevator, 0.0, aero)
