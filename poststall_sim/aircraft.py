@@ -274,7 +274,7 @@ class Aircraft:
                 if names.count(name) > 1:
                     raise ConfigError(f'two {kind}s are named {name}')
         if any(control.name == 'throttle' for control in self.controls):
-            raise ConfigError('a control must not be named throttle: that is the engines\' name')
+            raise ConfigError("a control must not be named throttle: that is the engines' name")
         airfoils = {airfoil.name for airfoil in self.airfoils}
         surfaces = {surface.name: surface for surface in self.surfaces}
         for surface in self.surfaces:

@@ -1,6 +1,6 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
-"""
+r"""
 Axes, signs and rotations: the one file where they are written.
 
 Axes (a suffix on every vector's name):
@@ -12,11 +12,11 @@ Axes (a suffix on every vector's name):
 
 ::
 
-          G: z up                        B: x forward
-             |  y right                  \\   y right
-             | /                          \\ /
-             |/____ x aft      cg ------>  o
-                                           | z down
+          G: z up                    x forward  y right
+             |  y right                       \  /
+             | /                    B at CG    \/
+             |/____ x aft                       |
+                                                | z down
 
 Signs:
 

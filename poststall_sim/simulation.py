@@ -15,14 +15,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from poststall_sim import rigid_body, trim as trims
+from poststall_sim import rigid_body
+from poststall_sim import trim as trims
 from poststall_sim.aero import solver
 from poststall_sim.aero.solver import AeroResult, FlowState, Model, Onset, Settings
 from poststall_sim.aero.wake import Placement
 from poststall_sim.aircraft import Aircraft, ConfigError
 from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import (
-    GRAVITY, FloatArray, body_to_geometry, flow_angles, geometry_to_body, rotation)
+    GRAVITY,
+    FloatArray,
+    body_to_geometry,
+    flow_angles,
+    geometry_to_body,
+    rotation,
+)
 from poststall_sim.propulsion import thrust
 from poststall_sim.state import BodyState, Controls, Snapshot, Status
 
@@ -82,7 +89,7 @@ def begin(model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
     motion = np.concatenate([body.velocity_B, body.rates_B])
     load = _load(aero) + _thrust(model, body, controls, wind_N)
     state = FlightState(time_ns, body, controls, flow, load, motion, motion)
-    return state, _snapshot(model, state, aero, wind_N, np.zeros(6))
+    return state, _snapshot(model, state, aero, wind_N, np.zeros(6), np.zeros(6))
 
 
 def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
@@ -127,7 +134,7 @@ def _thrust(model: Model, body: BodyState, controls: Controls, wind_N: FloatArra
 
 
 def _snapshot(model: Model, state: FlightState, aero: AeroResult, wind_N: FloatArray,
-              change: FloatArray, correction: FloatArray = np.zeros(6)) -> Snapshot:
+              change: FloatArray, correction: FloatArray) -> Snapshot:
     """
     Return what can be measured at a state.
 
@@ -209,7 +216,7 @@ def automatic_dt_ns(model: Model, airspeed: float) -> int:
     return max(1, math.floor(1e3 * panel / airspeed + 1e-9)) * 1_000_000
 
 
-def start(aircraft: Aircraft, settings: Settings = Settings(), *, airspeed: float,
+def start(aircraft: Aircraft, settings: Settings = solver.DEFAULTS, *, airspeed: float,
           altitude: float, wind_N: FloatArray = CALM, dt: float | None = None,
           progress: Callable[[str], None] = lambda text: None) -> Flight:
     """

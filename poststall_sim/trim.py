@@ -18,8 +18,15 @@ from poststall_sim.aero.solver import AeroResult, Model, Onset
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import (
-    GRAVITY, FloatArray, body_to_geometry, body_to_stability, geometry_to_body,
-    quaternion_from_euler, rotation, velocity_from_flow_angles)
+    GRAVITY,
+    FloatArray,
+    body_to_geometry,
+    body_to_stability,
+    geometry_to_body,
+    quaternion_from_euler,
+    rotation,
+    velocity_from_flow_angles,
+)
 from poststall_sim.propulsion import thrust
 from poststall_sim.state import Controls, Status
 

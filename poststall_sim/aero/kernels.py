@@ -75,6 +75,32 @@ def ring_influence(points, corners, core, out):
             out[i, j, 2] = w
 
 
+@njit(**_EXACT)
+def grid_edges(nodes, ring, out):
+    """
+    Fill `out` with what `grid_velocity` wants of a grid of rings, each edge once.
+
+    nodes : (rows + 1, columns + 1, 3); ring : (rows, columns) circulation; out : (7, (rows + 1)
+    (columns + 1)) rows x, y, z, span, stream, half_span, half_stream, overwritten.
+    """
+    rows, width = nodes.shape[0], nodes.shape[1]
+    out[3:] = 0.0
+    for i in range(rows):
+        for k in range(width):
+            n = i * width + k
+            for c in range(3):
+                out[c, n] = nodes[i, k, c]
+                if k + 1 < width:
+                    out[5, n] += 0.5 * (nodes[i, k + 1, c] - nodes[i, k, c]) ** 2
+                if i + 1 < rows:
+                    out[6, n] += 0.5 * (nodes[i + 1, k, c] - nodes[i, k, c]) ** 2
+            if i + 1 < rows and k + 1 < width:
+                out[3, n] += ring[i, k]
+                out[3, n + width] -= ring[i, k]
+                out[4, n + 1] += ring[i, k]
+                out[4, n] -= ring[i, k]
+
+
 @njit(**_STREAM)
 def grid_velocity(x, y, z, span, stream, half_span, half_stream, width, core, points, out):
     """

@@ -20,7 +20,14 @@ import numpy as np
 
 from poststall_sim.aero import polars
 from poststall_sim.aircraft import (
-    Aircraft, ConfigError, Control, Effector, Section, Surface, read_only)
+    Aircraft,
+    ConfigError,
+    Control,
+    Effector,
+    Section,
+    Surface,
+    read_only,
+)
 from poststall_sim.frames import FloatArray, control_sign
 
 

@@ -55,6 +55,17 @@ def section(curve, alpha, out):
         + (1.0 - t) * (1.0 - 3.0 * t) * curve[0, 1, i] + t * (3.0 * t - 2.0) * curve[0, 1, i + 1]
 
 
+@njit(**_EXACT)
+def sections(curves, index, alpha, out):
+    """
+    Fill `out` (n, 4) with `section` of many strips.
+
+    curves : (k, 3, 2, GRID + 1); index : (n,) the curve of each; alpha : (n,) [rad].
+    """
+    for j in range(alpha.size):
+        section(curves[index[j]], alpha[j], out[j])
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class SectionPolar:
     """
@@ -72,11 +83,9 @@ class SectionPolar:
     def at(self, alpha: FloatArray) -> FloatArray:
         """Return cl, cd, cm, dcl/dalpha, (..., 4), at angles [rad]."""
         alpha = np.asarray(alpha, dtype=np.float64)
-        out = np.empty(alpha.shape + (4,))
-        flat = out.reshape(-1, 4)
-        for i, angle in enumerate(alpha.ravel()):
-            section(self.curve, angle, flat[i])
-        return out
+        out = np.empty((alpha.size, 4))
+        sections(self.curve[None], np.zeros(alpha.size, dtype=np.int64), alpha.ravel(), out)
+        return out.reshape(alpha.shape + (4,))
 
 
 def section_polar(airfoil: Airfoil) -> SectionPolar:

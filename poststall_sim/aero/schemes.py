@@ -15,7 +15,11 @@ import numpy as np
 from numba import njit
 
 from poststall_sim.aero.decambering import (
-    local_residual, nonlocal_residual, operating_points, wrap)
+    local_residual,
+    nonlocal_residual,
+    operating_points,
+    wrap,
+)
 from poststall_sim.aero.polars import section
 
 _EXACT = {'cache': True, 'nogil': True}

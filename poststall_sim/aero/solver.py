@@ -11,17 +11,18 @@ one step the lattice answers a change of decambering with a fraction of its fina
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
 from poststall_sim.aero import lattice as lattices
-from poststall_sim.aero import loads, schemes, wake as wakes
+from poststall_sim.aero import loads, schemes
+from poststall_sim.aero import wake as wakes
 from poststall_sim.aero.decambering import Closure, averaging, operating_points, strip_operator
 from poststall_sim.aero.kernels import ring_influence
 from poststall_sim.aero.lattice import Lattice
-from poststall_sim.aero.polars import section
+from poststall_sim.aero.polars import sections
 from poststall_sim.aero.wake import Placement, Wake
 from poststall_sim.aircraft import Aircraft, ConfigError
 from poststall_sim.frames import FloatArray, geometry_to_body
@@ -74,15 +75,20 @@ class Settings:
             raise ConfigError(f'limit must be at least 1 iteration, got {self.limit}')
 
 
+DEFAULTS = Settings()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Model:
     """
     An aircraft ready to be computed.
 
     bound (p, p) : normalwash of unit rings on collocation points; bound_inverse; crossing (p, p)
-    the same between different surfaces only; edge_influence (3 s, p) : velocity of unit rings
-    at the edges' middles; mean (n, n) : see `averaging`; added_mass (6, 6) : in B about the
-    centre of gravity, per unit density; te_rows (n, p) picks trailing-edge rings.
+    the same between different surfaces only; edge_influence (3 s, p) : velocity of unit rings at
+    the edges' middles; wake_points : per surface, its collocation points and then its edges'
+    middles, where the wake is felt; mean (n, n) : see `averaging`; added_mass (6, 6) : in B
+    about the centre of gravity, per unit density; te_rows (n, p) picks trailing-edge rings;
+    the arms of collocation points, edges and quarter chords are from the centre of gravity.
     """
 
     aircraft: Aircraft
@@ -95,6 +101,7 @@ class Model:
     mean: FloatArray
     added_mass: FloatArray
     te_rows: FloatArray
+    wake_points: tuple[FloatArray, ...]
     collocation_arm: FloatArray
     edge_arm: FloatArray
     quarter_arm: FloatArray
@@ -117,7 +124,10 @@ class Onset:
 
     def at(self, arm: FloatArray) -> FloatArray:
         """Return the velocity (..., 3) of the air past points at arms (..., 3) from the CG."""
-        return self.velocity_G - np.cross(self.rates_G, arm)
+        p, q, r = self.rates_G
+        x, y, z = arm[..., 0], arm[..., 1], arm[..., 2]
+        turning = np.stack([q * z - r * y, r * x - p * z, p * y - q * x], axis=-1)
+        return self.velocity_G - turning
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -160,7 +170,7 @@ class AeroResult:
     max_residual: float
 
 
-def build(aircraft: Aircraft, settings: Settings = Settings()) -> Model:
+def build(aircraft: Aircraft, settings: Settings = DEFAULTS) -> Model:
     """Return the model of an aircraft: lattice, influence, averaging and added mass."""
     lattice = lattices.build(aircraft, settings.chordwise)
     owner = lattice.strip_surface[lattice.panel_strip]
@@ -187,7 +197,11 @@ def build(aircraft: Aircraft, settings: Settings = Settings()) -> Model:
         'quarter_arm': lattice.quarter_chord - cg}
     for array in arrays.values():
         array.setflags(write=False)
-    return Model(aircraft=aircraft, lattice=lattice, settings=settings, **arrays)
+    wake_points = tuple(
+        np.concatenate([lattice.collocation[g.panels], lattice.edge_middle[g.edges]])
+        for g in lattice.grids)
+    return Model(aircraft=aircraft, lattice=lattice, settings=settings, wake_points=wake_points,
+                 **arrays)
 
 
 def _influence(lattice: Lattice, points: FloatArray, point_owner: np.ndarray,
@@ -386,8 +400,7 @@ def _result(model: Model, onset: Onset, boundary: _Boundary, operating: _Operati
         looked_up = np.clip(looked_up, lattice.stall_low, lattice.stall_high)
         stalled = np.zeros(n, dtype=bool)
     values = np.empty((n, 4))
-    for j in range(n):
-        section(lattice.curves[lattice.polar_index[j]], looked_up[j], values[j])
+    sections(lattice.curves, lattice.polar_index, looked_up, values)
     loads.section_force(
         density, operating.alpha, operating.speed, values[:, 1], values[:, 2],
         lattice.strip_chord, lattice.strip_width, lattice.chord_axis, lattice.strip_normal,
@@ -466,13 +479,14 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
     surfaces have moved to ``placement``; the wake has drifted by drift_N (3,) [m] with the wind.
     """
     lattice, settings = model.lattice, model.settings
+    if not settings.unsteady:
+        result = steady(model, onset, deflections, density=density, delta0=flow.delta)
+        return replace(flow, circulation=result.circulation, previous=flow.circulation,
+                       delta=result.strips.delta, steps=flow.steps + 1), result
     wake = wakes.shed(flow.wake, lattice, placement, flow.shed, drift_N)
     rows = len(wake.circulation)
     marks = wakes.ladder(rows) if settings.coarsen else np.arange(rows + 1)
-    points = tuple(
-        np.concatenate([lattice.collocation[g.panels], lattice.edge_middle[g.edges]])
-        for g in lattice.grids)
-    own, other = wakes.velocity(wake, lattice, placement, marks, points)
+    own, other = wakes.velocity(wake, lattice, placement, marks, model.wake_points)
     sizes = [g.panels.stop - g.panels.start for g in lattice.grids]
     foreign = np.concatenate([u[:k] for u, k in zip(other, sizes)])
     everything = np.concatenate([u[:k] + v[:k] for u, v, k in zip(own, other, sizes)])

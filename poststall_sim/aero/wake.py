@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from poststall_sim.aero.kernels import grid_velocity
+from poststall_sim.aero.kernels import grid_edges, grid_velocity
 from poststall_sim.aero.lattice import Lattice
 from poststall_sim.frames import FloatArray
 
@@ -126,16 +126,16 @@ def velocity(wake: Wake, lattice: Lattice, placement: Placement, marks: np.ndarr
     sizes = np.diff(marks)[:, None]
     ring = np.add.reduceat(wake.circulation, marks[:-1], axis=0) / sizes
     ring = np.concatenate([ring, wake.circulation[-1:]])
-    own = [np.zeros_like(p) for p in points]
+    own = [np.empty_like(p) for p in points]
     other = [np.zeros_like(p) for p in points]
     for s, grid in enumerate(lattice.grids):
-        edges = _edges(nodes[:, grid.nodes], ring[:, grid.strips])
+        edges = np.empty((7, len(nodes) * (grid.nodes.stop - grid.nodes.start)))
+        grid_edges(nodes[:, grid.nodes], ring[:, grid.strips], edges)
         for p, target in enumerate(points):
-            out = np.empty_like(target)
-            grid_velocity(*edges, core(lattice, s, p), target, out)
-            if p == s:
-                own[p] += out
-            else:
+            out = own[p] if p == s else np.empty_like(target)
+            grid_velocity(*edges, grid.nodes.stop - grid.nodes.start, core(lattice, s, p),
+                          target, out)
+            if p != s:
                 other[p] += out
     return own, other
 
@@ -146,20 +146,3 @@ def core(lattice: Lattice, source: int, target: int) -> float:
     if source == target:
         return OWN_CORE * float(lattice.strip_chord[strips].mean())
     return OTHER_CORE * float(lattice.strip_width[strips].mean())
-
-
-def _edges(nodes: FloatArray, ring: FloatArray) -> tuple:
-    """Return the arguments of `grid_velocity` up to the row width for one surface's wake."""
-    rows, width = nodes.shape[:2]
-    span = np.zeros((rows, width))
-    stream = np.zeros((rows, width))
-    half_span = np.zeros((rows, width))
-    half_stream = np.zeros((rows, width))
-    span[:-1, :-1] = ring
-    span[1:, :-1] -= ring
-    stream[:-1, 1:] = ring
-    stream[:-1, :-1] -= ring
-    half_span[:, :-1] = 0.5 * np.sum((nodes[:, 1:] - nodes[:, :-1]) ** 2, axis=-1)
-    half_stream[:-1] = 0.5 * np.sum((nodes[1:] - nodes[:-1]) ** 2, axis=-1)
-    x, y, z = (np.ascontiguousarray(nodes[:, :, k]).ravel() for k in range(3))
-    return (x, y, z, span.ravel(), stream.ravel(), half_span.ravel(), half_stream.ravel(), width)

@@ -1,0 +1,77 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""The package's only metadata, read by colcon and by pip."""
+
+import os
+from glob import glob
+
+from setuptools import find_packages, setup
+
+package_name = 'poststall_sim'
+
+
+def shared(pattern):
+    """Pair each folder with its files that match `pattern`, as `data_files` takes them."""
+    folders = {}
+    for path in sorted(glob(pattern, recursive=True)):
+        if os.path.isfile(path):
+            folders.setdefault(os.path.dirname(path), []).append(path)
+    return [(os.path.join('share', package_name, folder), files)
+            for folder, files in folders.items()]
+
+
+# rclpy and the messages are an extra, not a requirement: on an installed ROS 2 they come
+# from package.xml, and the core, the command line and its bags do without them.
+extras = {
+    'ros': [
+        'ros-jazzy-rclpy[fastrtps]',
+        'ros-jazzy-common-interfaces',
+        'ros-jazzy-rosgraph-msgs',
+    ],
+    'record': ['rosbags>=0.11'],
+    'plot': ['matplotlib>=3.6'],
+    'progress': ['tqdm>=4.64'],
+}
+extras['all'] = sorted(sum(extras.values(), []))
+extras['test'] = [
+    'hypothesis',
+    'pytest>=7.4',
+    'pytest-benchmark',
+    'pytest-timeout',
+]
+# ruff's minor versions change what the selected rules report.
+extras['lint'] = ['import-linter>=2.1', 'ruff>=0.17,<0.18']
+
+setup(
+    name=package_name,
+    version='0.1.0',
+    packages=find_packages(include=[package_name, package_name + '.*']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
+        ('share/' + package_name, ['package.xml']),
+        *shared('launch/*.launch.py'),
+        *shared('config/**'),
+    ],
+    python_requires='>=3.11,<3.13',
+    # The lower ends are those of Ubuntu 24.04, where ROS 2 Jazzy lives.
+    install_requires=[
+        'numpy>=1.26',
+        'scipy>=1.11',
+        'numba>=0.58',
+        'PyYAML>=6.0',
+    ],
+    extras_require=extras,
+    zip_safe=False,
+    maintainer='the poststall_sim developers',
+    maintainer_email='maintainers@poststall-sim.example',
+    description='ROS 2 flight simulation beyond the stall, on an unsteady vortex lattice '
+                'corrected by decambering.',
+    license='Apache-2.0',
+    entry_points={
+        'console_scripts': [
+            'simulator = poststall_sim.ros.simulator:main',
+            'pilot = poststall_sim.ros.pilot:main',
+            'poststall = poststall_sim.cli:main',
+        ],
+    },
+)
