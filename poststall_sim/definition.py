@@ -1,0 +1,288 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Files into records: aircraft and scenarios in YAML, section curves in CSV.
+
+The only reader of definitions (with reader.py below it), and the only place besides the command
+line and the plots where degrees exist: keys that end in ``_deg`` become radians here.
+"""
+
+import enum
+import math
+import os
+import stat
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from poststall_sim.aircraft import (
+    Aircraft,
+    Airfoil,
+    ConfigError,
+    Control,
+    Effector,
+    Engine,
+    MassProperties,
+    Reference,
+    Section,
+    Surface,
+)
+from poststall_sim.reader import (
+    Reader,
+    file_text,
+    listed,
+    open_yaml,
+    place_of,
+    scalar,
+    shown,
+    suggestion,
+)
+from poststall_sim.scenario import Channel, Scenario
+
+_COLUMNS = ('alpha_deg', 'cl', 'cd', 'cm')
+_SIDES = {'both': 0, 'right': 1, 'left': -1}
+_SPACINGS = {'uniform': False, 'cosine': True}
+
+
+class Kind(enum.Enum):
+    """What a file defines; the value is the name of its folder in config."""
+
+    AIRCRAFT = 'aircraft'
+    AIRFOIL = 'airfoils'
+    SCENARIO = 'scenarios'
+
+    @property
+    def suffix(self) -> str:
+        """The ending of such files."""
+        return '.csv' if self is Kind.AIRFOIL else '.yaml'
+
+
+def folders(kind: Kind | str) -> list[Path]:
+    """
+    Return where files of a kind may have been installed, whether the folders exist or not.
+
+    In this order: the source tree (also of an editable install), the prefix this package is
+    installed under (which is not sys.prefix for pip's --user or Debian's /usr/local), sys.prefix,
+    and the share folder of the ament index, which only a ROS workspace has.
+    """
+    tree = Path(__file__).resolve().parents[1]
+    roots = [tree]
+    if tree.name in ('site-packages', 'dist-packages'):
+        roots = [tree.parent.parent.parent / 'share' / 'poststall_sim']
+    roots.append(Path(sys.prefix) / 'share' / 'poststall_sim')
+    try:
+        from ament_index_python.packages import get_package_share_directory
+        roots.append(Path(get_package_share_directory('poststall_sim')))
+    except (ImportError, LookupError, OSError):
+        pass   # not a ROS environment, or a workspace without us
+    return list(dict.fromkeys(root / 'config' / Kind(kind).value for root in roots))
+
+
+def names(kind: Kind | str) -> list[str]:
+    """Return the names, without suffix, that `find` knows for a kind."""
+    found = set()
+    for folder in folders(kind):
+        try:
+            found |= {path.stem for path in folder.iterdir() if path.suffix == Kind(kind).suffix}
+        except OSError:
+            pass   # most of the folders do not exist on any one machine
+    return sorted(found)
+
+
+def find(kind: Kind | str, name: str | os.PathLike[str], beside: Path | None = None) -> Path:
+    """
+    Return the file that a name or a path means.
+
+    A path is tried first, from ``beside`` (else from the working directory), then the name in
+    each of `folders`; everywhere as it stands and with the kind's suffix added.
+    """
+    kind = Kind(kind)
+    given = os.path.expanduser(os.fspath(name))
+    endings = ('',) if given.endswith(kind.suffix) else ('', kind.suffix)
+    places = [beside or Path(), *folders(kind)]
+    for place in places:
+        for ending in endings:
+            path = place / (given + ending)
+            try:
+                if stat.S_ISREG(path.stat().st_mode):
+                    return path
+            except (OSError, ValueError):
+                pass   # not there, not allowed to look, or not a name that can exist
+    if given and os.path.isdir(places[0] / given):
+        raise ConfigError(f'{shown(given)} is a folder, expected a {kind.suffix} file')
+    known = names(kind)
+    try:
+        looked = ', '.join(str(place.absolute()) for place in places)
+    except OSError:   # the working directory was deleted
+        looked = ', '.join(map(str, places))
+    raise ConfigError(
+        f'found no file {shown(given)} in {kind.value}; available: {listed(known)}; '
+        f'looked in {looked}{suggestion(Path(given).stem, known)}')
+
+
+def aircraft(path: str | os.PathLike[str]) -> Aircraft:
+    """Read an aircraft from a YAML file; its section curves from the CSV files it names."""
+    read = open_yaml(path)
+    read.text('description', default='', free=True)
+    name = read.text('name')
+    files = read.mapping('airfoils')
+    airfoils = tuple(_airfoil(files, key, Path(path).parent) for key in files.names())
+    surfaces: tuple[Surface, ...] = ()
+    for item in read.mappings('surfaces'):
+        surface = _surface(item, {key: key for key in files.names()})
+        if surface.name in [other.name for other in surfaces]:
+            raise item.where.key('name').error(
+                f'must be a name of its own, got {surface.name} for the second time')
+        surfaces += (surface,)
+    controls = read.mapping('controls', default={})
+    return read.build(
+        Aircraft, name=name, airfoils=airfoils, surfaces=surfaces,
+        reference=_reference(read.mapping('reference')),
+        mass=_mass_properties(read.mapping('mass')),
+        controls=tuple(_control(controls.mapping(key), key, surfaces)
+                       for key in controls.names()),
+        engines=tuple(_engine(item) for item in read.mappings('engines', default=[])))
+
+
+def scenario(path: str | os.PathLike[str]) -> Scenario:
+    """Read a scenario from a YAML file."""
+    read = open_yaml(path)
+    read.text('description', default='', free=True)
+    name, duration = read.text('name'), read.number('duration_s', above=0, at_most=86400)
+    initial = read.mapping('initial')
+    airspeed = initial.number('airspeed_m_s', above=0)
+    altitude = initial.number('altitude_m', above=0)
+    initial.done()
+    channels = read.mapping('channels', default={})
+    return read.build(
+        Scenario, name=name, duration=duration, airspeed=airspeed, altitude=altitude,
+        channels=tuple(_channel(channels.mapping(key), key) for key in channels.names()))
+
+
+def airfoil(path: str | os.PathLike[str], name: str | None = None) -> Airfoil:
+    """
+    Read a section's curves from a CSV file, named ``name`` or after the file.
+
+    Lines that start with ``#`` are comments; the first other line names the columns alpha_deg,
+    cl, cd, cm in any order; cm is about the quarter chord, nose-up positive.
+    """
+    where = place_of(path)
+    lines = [(number, [cell.strip() for cell in line.split(',')])
+             for number, line in enumerate(file_text(path).splitlines(), start=1)
+             if line.strip() and not line.lstrip().startswith('#')]
+    if not lines:
+        raise where.error(f'is empty, expected the columns {",".join(_COLUMNS)}')
+    where_header, columns = where.line(lines[0][0]), lines[0][1]
+    for column in columns:
+        if column not in _COLUMNS or columns.count(column) > 1:
+            raise where_header.error(
+                f'column {shown(column)} is {"there twice" if column in _COLUMNS else "unknown"}, '
+                f'expected {",".join(_COLUMNS)}{suggestion(column, _COLUMNS)}')
+    for column in _COLUMNS:
+        if column not in columns:
+            raise where_header.error(f'column {column} is missing, expected '
+                                     f'{",".join(_COLUMNS)}, got {shown(",".join(columns))}')
+    rows: list[dict[str, float]] = []
+    for number, cells in lines[1:]:
+        row = where.line(number)
+        if len(cells) != len(columns):
+            raise row.error(f'must have {len(columns)} values, got {len(cells)}')
+        rows.append({column: row.key(column).number(scalar(cell) if cell else cell)
+                     for column, cell in zip(columns, cells)})
+        if len(rows) > 1 and rows[-1]['alpha_deg'] <= rows[-2]['alpha_deg']:
+            raise row.key('alpha_deg').error(
+                f'must increase from row to row, got {rows[-1]["alpha_deg"]:g} after '
+                f'{rows[-2]["alpha_deg"]:g}')
+    alpha, cl, cd, cm = (np.array([row[column] for row in rows]) for column in _COLUMNS)
+    if len(rows) and np.abs(alpha).max() <= 4.0:
+        raise where.error(f'alpha_deg must run from -180 to 180 deg, got {alpha[0]:g} to '
+                          f'{alpha[-1]:g} (are these radians?)')
+    return where.build(Airfoil, name=Path(path).stem if name is None else name,
+                       alpha=np.radians(alpha), cl=cl, cd=cd, cm=cm)
+
+
+def _airfoil(read: Reader, key: str, folder: Path) -> Airfoil:
+    name, where = read.file_or_mapping(key)
+    try:
+        path = find(Kind.AIRFOIL, name, beside=folder)
+    except ConfigError as error:
+        raise where.error(f'must be a file with curves, but {error}') from None
+    return airfoil(path, key)
+
+
+def _surface(read: Reader, airfoils: Mapping[str, str]) -> Surface:
+    name = read.name('name')
+    incidence = read.number('incidence_deg', default=0.0, within=(-45, 45))
+    return read.build(
+        Surface, name=name, strips=read.count('strips', at_most=1000),
+        symmetric=read.boolean('symmetric'),
+        spacing_cosine=read.choice('spacing', _SPACINGS, default='uniform'),
+        sections=tuple(_section(item, airfoils, incidence) for item in read.mappings('sections')))
+
+
+def _section(read: Reader, airfoils: Mapping[str, str], incidence: float) -> Section:
+    twist = read.number('twist_deg', default=0.0, within=(-45, 45))
+    return read.build(
+        Section, leading_edge_G=read.vector('leading_edge_m', 3),
+        chord=read.number('chord_m', above=0), airfoil=read.choice('airfoil', airfoils),
+        twist=math.radians(twist + incidence))
+
+
+def _control(read: Reader, name: str, surfaces: tuple[Surface, ...]) -> Control:
+    low, high = read.vector('limits_deg', 2, within=(-90, 90))
+    by_name = {surface.name: surface for surface in surfaces}
+    return read.build(
+        Control, name=name, limits=(math.radians(low), math.radians(high)),
+        effectors=tuple(_effector(item, by_name) for item in read.mappings('effectors')))
+
+
+def _effector(read: Reader, surfaces: Mapping[str, Surface]) -> Effector:
+    surface = read.choice('surface', surfaces)
+    side = read.choice('side', _SIDES, default='both')
+    if side and not surface.symmetric:
+        raise read.where.key('side').error(f'must be both, for surface {surface.name} is not '
+                                           f'symmetric, got {"right" if side > 0 else "left"}')
+    return read.build(
+        Effector, surface=surface.name, side=side, hinge=read.number('hinge'),
+        span=read.vector('span', 2, default=[0.0, 1.0]), gain=read.number('gain', default=1.0))
+
+
+def _reference(read: Reader) -> Reference:
+    return read.build(Reference, area=read.number('area_m2', above=0),
+                      chord=read.number('chord_m', above=0),
+                      span=read.number('span_m', above=0))
+
+
+def _mass_properties(read: Reader) -> MassProperties:
+    inertia = read.mapping('inertia_kgm2')
+    xx, yy, zz = (inertia.number(key, above=0) for key in ('xx', 'yy', 'zz'))
+    xy, yz, xz = (inertia.number(key, default=0.0) for key in ('xy', 'yz', 'xz'))
+    inertia.done()
+    return read.build(   # products are integrals, xz = integral of x z dm: minus in the tensor
+        MassProperties, mass=read.number('mass_kg', above=0), cg_G=read.vector('cg_m', 3),
+        inertia_B=np.array([[xx, -xy, -xz], [-xy, yy, -yz], [-xz, -yz, zz]]))
+
+
+def _engine(read: Reader) -> Engine:
+    direction = read.vector('direction', 3, default=[-1.0, 0.0, 0.0])
+    length = math.hypot(*direction)
+    if not 0.0 < length < math.inf:
+        raise read.where.key('direction').error(f'must point somewhere, got {direction}')
+    return read.build(
+        Engine, static_thrust=read.number('static_thrust_N', above=0),
+        zero_thrust_airspeed=read.number('zero_thrust_airspeed_m_s', above=0),
+        position_G=read.vector('position_m', 3),
+        direction_G=tuple(component / length for component in direction))
+
+
+def _channel(read: Reader, name: str) -> Channel:
+    relative = read.boolean('relative')
+    if name == 'throttle':
+        key, within, scale = 'points', (-1 if relative else 0, 1), 1.0
+    else:
+        key, within, scale = 'points_deg', (-90, 90), math.radians(1.0)
+    points = read.points(key, within=within)
+    return read.build(Channel, control=name, relative=relative,
+                      points=tuple((time, value * scale) for time, value in points))
