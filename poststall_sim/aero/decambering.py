@@ -14,8 +14,9 @@ asks that this point and the section's curve agree:
   mean of the operating angles over about ``ell`` chords of span. Separation is as wide as a
   chord, so a section does not stall independently of what happens a tenth of a chord away.
 
-Angles are exact: `alpha = atan2(We, Ue) - theta` holds at any attitude, and a strip in
-two-dimensional flow returns its geometric angle.
+Angles are exact by default: `alpha = atan2(We, Ue) - theta` holds at any attitude, and a strip in
+two-dimensional flow returns its geometric angle. The dissertation's small-angle form,
+`alpha = cl / 2 pi + alpha_0L - delta`, is there to reproduce it; the two agree to third order.
 """
 
 import enum
@@ -29,6 +30,9 @@ from poststall_sim.aero.polars import section
 from poststall_sim.frames import FloatArray
 
 _EXACT = {'cache': True, 'nogil': True}
+_SUM = {'cache': True, 'nogil': True, 'error_model': 'numpy',
+        'fastmath': {'reassoc', 'contract'}}
+"""Sums may be reordered so that they vectorise; NaN and infinity keep their meaning."""
 TWO_PI = 2.0 * math.pi
 
 
@@ -37,6 +41,13 @@ class Closure(enum.Enum):
 
     NONLOCAL = 'nonlocal'
     LOCAL = 'local'
+
+
+class AngleForm(enum.Enum):
+    """Whether sines are sines: EXACT at any attitude, LINEAR as in the dissertation."""
+
+    EXACT = 'exact'
+    LINEAR = 'linear'
 
 
 def section_decambering(cl, alpha, zero_lift):
@@ -50,16 +61,19 @@ def section_decambering(cl, alpha, zero_lift):
     return (cl - TWO_PI * (alpha - zero_lift)) / TWO_PI
 
 
-def averaging(lattice: Lattice, ell: float) -> FloatArray:
+def averaging(lattice: Lattice, ell: float | tuple[float, ...]) -> FloatArray:
     """
     Return the weights (strips, strips) of the spanwise mean, rows adding up to 1.
 
     Gaussian of standard deviation ell local chords in the distance along the span, times strip
-    width, over the strips of one surface; ell = 0 gives the identity.
+    width, over the strips of one surface; one ell for all surfaces or one for each; ell = 0
+    gives the identity.
     """
-    place, chord = lattice.span_place, lattice.strip_chord
-    distance = (place[None, :] - place[:, None]) / (max(ell, 1e-9) * chord[:, None])
+    place = lattice.span_place
+    width = np.broadcast_to(ell, len(lattice.grids))[lattice.strip_surface] * lattice.strip_chord
+    distance = (place[None, :] - place[:, None]) / np.maximum(width, 1e-9)[:, None]
     weight = lattice.strip_width[None, :] * np.exp(-0.5 * np.minimum(distance ** 2, 1400.0))
+    weight[weight < 1e-12 * weight.max(axis=1, keepdims=True)] = 0.0
     weight[lattice.strip_surface[:, None] != lattice.strip_surface[None, :]] = 0.0
     return weight / weight.sum(axis=1, keepdims=True)
 
@@ -92,8 +106,8 @@ def strip_operator(response, level, turned, wash, panel_strip, operator):
                 operator[j, 2 * n] -= r * wash[i]
 
 
-@njit(**_EXACT)
-def operating_points(delta, strips, operator, alpha, circulation, speed, slope):
+@njit(**_SUM)
+def operating_points(delta, strips, operator, linear, alpha, circulation, speed):
     """
     Fill the operating points of all strips for given decambering.
 
@@ -102,73 +116,142 @@ def operating_points(delta, strips, operator, alpha, circulation, speed, slope):
 
     th = delta - alpha_0L of the plain section, the = delta - alpha_0L with the flap down. f
     fades the lattice into strip theory where the flow leaves a strip's chord by more than
-    60 deg; then alpha is the geometric angle.
+    60 deg; then alpha is the geometric angle. In the linear form
 
-    strips : (8, n) rows U, W, chord, f, alpha_0L plain, alpha_0L with flap, shift of the curve by
-    the flap, 1 where there is flow;
-    operator : (n, 2 n + 1) columns P, Q, g0; alpha, circulation, speed : (n,) filled;
-    slope : (n, n) d alpha / d delta, filled.
+        G = g0 + P + Q th,   alpha = G / (pi c U) - the
+
+    strips : (11, n) rows U, W, chord, f, alpha_0L plain, alpha_0L with flap, shift of the curve
+    by the flap, 1 where there is flow, cosine and sine of alpha_0L with flap less plain, speed;
+    operator : (n, 2 n + 1) columns P, Q, g0; alpha,
+    circulation, speed : (n,) filled.
     """
     n = delta.size
-    u, w, chord, fade, zero, zero_flapped = (
-        strips[0], strips[1], strips[2], strips[3], strips[4], strips[5])
-    cosine = np.cos(delta - zero)
-    sine = np.sin(delta - zero)
+    turned = np.empty(2 * n)
+    for k in range(n):
+        th = delta[k] - strips[4, k]
+        turned[k] = 1.0 if linear else math.cos(th)
+        turned[n + k] = th if linear else math.sin(th)
     for j in range(n):
-        the = delta[j] - zero_flapped[j]
-        c, s = math.cos(the), math.sin(the)
+        u, w, chord, fade = strips[0, j], strips[1, j], strips[2, j], strips[3, j]
+        the = delta[j] - strips[5, j]
         g = operator[j, 2 * n]
-        for k in range(n):
-            g += operator[j, k] * cosine[k] + operator[j, n + k] * sine[k]
-        plate = math.pi * chord[j]
-        g = fade[j] * g + (1.0 - fade[j]) * plate * (w[j] * c + u[j] * s)
+        for k in range(2 * n):
+            g += operator[j, k] * turned[k]
+        if linear:
+            circulation[j] = g
+            speed[j] = u
+            alpha[j] = g / (math.pi * chord * u) - the
+            continue
+        c, s = math.cos(the), math.sin(the)
+        plate = math.pi * chord
+        g = fade * g + (1.0 - fade) * plate * (w * c + u * s)
         we = g / plate
-        ue = u[j] * c - w[j] * s
-        v2 = max(we * we + ue * ue, 1e-300)
+        ue = u * c - w * s
         circulation[j] = g
-        speed[j] = math.sqrt(v2)
+        speed[j] = max(math.sqrt(we * we + ue * ue), 1e-150)
         alpha[j] = wrap(math.atan2(we, ue) - the)
-        a = fade[j] * ue / (v2 * plate)
+
+
+@njit(**_SUM)
+def alpha_slopes(delta, strips, operator, linear, circulation, speed, slope):
+    """
+    Fill `slope` (n, n) with d alpha / d delta at the points of `operating_points`.
+
+    circulation, speed : (n,) of those points; the other arguments as there.
+    """
+    n = delta.size
+    cosine, sine = np.empty(n), np.empty(n)
+    for k in range(n):
+        th = delta[k] - strips[4, k]
+        cosine[k] = 1.0 if linear else math.cos(th)
+        sine[k] = 0.0 if linear else math.sin(th)
+    for j in range(n):
+        u, w, chord, fade = strips[0, j], strips[1, j], strips[2, j], strips[3, j]
+        plate = math.pi * chord
+        the = delta[j] - strips[5, j]
+        c, s = math.cos(the), math.sin(the)
+        ue = u * c - w * s
+        v2 = speed[j] * speed[j]
+        a = 1.0 / (plate * u) if linear else fade * ue / (v2 * plate)
         for k in range(n):
             slope[j, k] = a * (operator[j, n + k] * cosine[k] - operator[j, k] * sine[k])
-        slope[j, j] += (1.0 - fade[j]) * ue * ue / v2 + we * (u[j] * s + w[j] * c) / v2 - 1.0
+        slope[j, j] -= 1.0
+        if not linear:
+            slope[j, j] += (1.0 - fade) * ue * ue / v2 \
+                + circulation[j] / plate * (u * s + w * c) / v2
 
 
 @njit(**_EXACT)
-def nonlocal_residual(delta, strips, curves, polar_index, mean, alpha, slope, residual, jacobian):
+def potential_angle(curve, alpha, linear, out):
     """
-    Fill the residual of the non-local closure and its exact Jacobian.
+    Return the angle at which potential flow has a section's cl, and its slope.
 
-        F_j = delta_j - D_j(abar_j),   abar_j = alpha_j + sum_k mean_jk (alpha_k - alpha_j)
-        D(a) = asin(cl(a + shift) / 2 pi) - (a - alpha_0L)
+    asin(cl(alpha) / 2 pi), or cl / 2 pi in the linear form; `out` (4,) is scratch.
+    """
+    section(curve, alpha, out)
+    if linear:
+        return out[0] / TWO_PI, out[3] / TWO_PI
+    ratio = min(max(out[0] / TWO_PI, -0.999), 0.999)
+    return math.asin(ratio), out[3] / (TWO_PI * math.sqrt(1.0 - ratio * ratio))
 
-    alpha (n,) and slope (n, n) from `operating_points`; residual (n,), jacobian (n, n) filled.
-    Strips without flow are left out: their row asks for no change.
+
+@njit(**_SUM)
+def nonlocal_residual(delta, strips, linear, curves, polar_index, mean, alpha, residual, change):
+    """
+    Fill the residual of the non-local closure and the slope of the section's decambering.
+
+        F_j = delta_j - D_j(abar_j),   abar_j = alpha_j + f_j sum_k mean_jk f_k (alpha_k - alpha_j)
+        D(a) = asin(cl(a + shift) / 2 pi) - (a - alpha_0L),  linear: cl / 2 pi for the asin
+
+    A strip that has faded into strip theory neither reads its neighbours nor is read: between a
+    strip in forward and one in reversed flow there is no mean. alpha (n,) from
+    `operating_points`; residual (n,) F and change (n,) dD/da filled. Strips without flow are
+    left out: they keep their decambering.
     """
     n = delta.size
     out = np.empty(4)
     for j in range(n):
         if strips[7, j] == 0.0:
             residual[j] = 0.0
-            for k in range(n):
-                jacobian[j, k] = 0.0
-            jacobian[j, j] = 1.0
+            change[j] = 0.0
             continue
         abar = alpha[j]
         for k in range(n):
             if mean[j, k] != 0.0:
-                abar += mean[j, k] * wrap(alpha[k] - alpha[j])
-        section(curves[polar_index[j]], abar + strips[6, j], out)
-        ratio = min(max(out[0] / TWO_PI, -0.999), 0.999)
-        residual[j] = wrap(delta[j] - math.asin(ratio) + abar - strips[5, j])
-        change = out[3] / (TWO_PI * math.sqrt(1.0 - ratio * ratio)) - 1.0
+                abar += strips[3, j] * mean[j, k] * strips[3, k] * wrap(alpha[k] - alpha[j])
+        phi, rate = potential_angle(curves[polar_index[j]], abar + strips[6, j], linear, out)
+        residual[j] = wrap(delta[j] - phi + abar - strips[5, j])
+        change[j] = rate - 1.0
+
+
+@njit(**_EXACT)
+def strip_theory(delta, strips, linear, curves, polar_index):
+    """Put strips that have faded into strip theory (f = 0) at their decambering, in place."""
+    out = np.empty(4)
+    for j in range(delta.size):
+        if strips[3, j] == 0.0 and strips[7, j] != 0.0:
+            alpha = math.atan2(strips[1, j], strips[0, j])
+            phi = potential_angle(curves[polar_index[j]], alpha + strips[6, j], linear, out)[0]
+            delta[j] = wrap(phi - alpha + strips[5, j])
+
+
+@njit(**_SUM)
+def nonlocal_jacobian(strips, mean, change, slope, jacobian):
+    """Fill dF/d delta = I - diag(dD/da) (d abar / d alpha) (d alpha / d delta), (n, n)."""
+    n = change.size
+    for j in range(n):
         for k in range(n):
             jacobian[j, k] = 0.0
-        for i in range(n):
-            if mean[j, i] != 0.0:
-                a = change * mean[j, i]
-                for k in range(n):
-                    jacobian[j, k] -= a * slope[i, k]
+        if strips[7, j] != 0.0:
+            left = 1.0
+            for i in range(n):
+                a = strips[3, j] * mean[j, i] * strips[3, i]
+                if i != j and a != 0.0:
+                    left -= a
+                    for k in range(n):
+                        jacobian[j, k] -= change[j] * a * slope[i, k]
+            for k in range(n):
+                jacobian[j, k] -= change[j] * left * slope[j, k]
         jacobian[j, j] += 1.0
 
 

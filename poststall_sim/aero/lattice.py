@@ -56,7 +56,8 @@ class Lattice:
     Strips (n): span_axis, chord_axis, strip_normal, quarter_chord (n, 3), strip_chord (normal to
     the span axis), strip_width, strip_surface, span_place (along the span, for averaging),
     polar_index into curves (k, 3, 2, grid); zero_lift, stall_high, stall_low (n,);
-    te_panel (n,) the ring at the trailing edge, te_node (n,) left node in a row of wake nodes.
+    te_panel (n,) the ring at the trailing edge, te_node (n,) left node in a row of wake nodes;
+    mirror (n,) the strip across the plane y = 0, itself where there is none.
 
     Edges (s): edge_vector, edge_middle (s, 3) and the rings and the wake row that share each:
     strength = G[edge_plus] - G[edge_minus] + Gw[edge_wake], -1 for none; edge_strip (s, 2)
@@ -90,6 +91,7 @@ class Lattice:
     stall_low: FloatArray
     te_panel: np.ndarray
     te_node: np.ndarray
+    mirror: np.ndarray
     edge_vector: FloatArray
     edge_middle: FloatArray
     edge_plus: np.ndarray
@@ -254,14 +256,25 @@ def build(aircraft: Aircraft, rows: int) -> Lattice:
         key: np.array([getattr(polar, key) for polar in distinct])[polar_index]
         for key in ('zero_lift', 'stall_high', 'stall_low')}
     flap_angle, flap_shift = _flaps(aircraft, grids, meshes, arrays, rows)
-    for array in (*arrays.values(), *landmark.values(), flap_angle, flap_shift):
+    mirror = _mirror(arrays['quarter_chord'], arrays['strip_chord'])
+    for array in (*arrays.values(), *landmark.values(), flap_angle, flap_shift, mirror):
         array.setflags(write=False)
     return Lattice(
-        grids=tuple(grids), curves=read_only(np.stack([p.curve for p in distinct])),
+        grids=tuple(grids), mirror=mirror, curves=read_only(np.stack([p.curve for p in distinct])),
         polar_index=polar_index, flap_angle=flap_angle, flap_shift=flap_shift,
         strip_names=tuple(f'{grid.name}_{i + 1}' for grid in grids
                           for i in range(grid.strips.stop - grid.strips.start)),
         **landmark, **arrays)
+
+
+def _mirror(place: FloatArray, chord: FloatArray) -> np.ndarray:
+    """Return the strip (n,) whose quarter chord and chord are the mirror image of each one's."""
+    image = place * np.array([1.0, -1.0, 1.0])
+    apart = np.linalg.norm(image[:, None] - place[None, :], axis=-1) \
+        + np.abs(chord[:, None] - chord[None, :])
+    nearest = np.argmin(apart, axis=1)
+    found = apart[np.arange(len(chord)), nearest] < 1e-6 * chord
+    return np.where(found, nearest, np.arange(len(chord)))
 
 
 def _unit(vectors: FloatArray) -> FloatArray:

@@ -16,126 +16,39 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
-from poststall_sim.aero import lattice as lattices
 from poststall_sim.aero import loads, schemes
 from poststall_sim.aero import wake as wakes
-from poststall_sim.aero.decambering import Closure, averaging, operating_points, strip_operator
-from poststall_sim.aero.kernels import ring_influence
-from poststall_sim.aero.lattice import Lattice
+from poststall_sim.aero.decambering import (
+    AngleForm,
+    Closure,
+    alpha_slopes,
+    nonlocal_jacobian,
+    nonlocal_residual,
+    operating_points,
+    strip_operator,
+)
+from poststall_sim.aero.model import (
+    Model,
+    Onset,
+    StripResponse,
+    far_normalwash,
+    far_rings,
+    influence,
+    own_response,
+    wake_direction,
+)
 from poststall_sim.aero.polars import sections
+from poststall_sim.aero.schemes import Scheme, Start
 from poststall_sim.aero.wake import Placement, Wake
-from poststall_sim.aircraft import Aircraft, ConfigError
-from poststall_sim.frames import FloatArray, geometry_to_body
+from poststall_sim.frames import FloatArray
 from poststall_sim.state import Status, Strips
 
 FADE_BEGIN, FADE_END = math.cos(math.radians(60.0)), math.cos(math.radians(75.0))
 """A strip whose flow leaves the chord by more fades from the lattice into strip theory."""
-WAKE_CONE = math.radians(60.0)
-"""The straight wake of the steady problem stays within this of the lattice's aft axis."""
 REFRESH_ANGLE = math.radians(0.5)
 """The strip operator is made anew when the onset has turned by more."""
 SLOWEST_SHARE, SLOWEST_SPEED = 0.05, 0.5
 """A strip below this share of the airspeed, or of 0.5 m/s, keeps its decambering."""
-
-
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """
-    How the aerodynamics are computed.
-
-    chordwise : panels along every chord; wake_length [m], None for the tail arm and twenty
-    chords; ell : averaging length of the non-local closure [chords]; tolerance on the closure's
-    residual [rad] ([-] for the local one); limit on its iterations; decambering False: attached
-    flow at any angle; coarsen : rows of the wake far from their trailing edge evaluated in
-    groups; unsteady False: no wake history, no added mass, loads of the steady lattice.
-    """
-
-    chordwise: int = 4
-    wake_length: float | None = None
-    closure: Closure = Closure.NONLOCAL
-    ell: float = 1.0
-    tolerance: float = 1e-5
-    limit: int = 60
-    decambering: bool = True
-    coarsen: bool = True
-    unsteady: bool = True
-
-    def __post_init__(self) -> None:
-        """Refuse what cannot be computed."""
-        if not 1 <= self.chordwise <= 32:
-            raise ConfigError(f'chordwise panels must be 1 to 32, got {self.chordwise}')
-        if self.wake_length is not None and not self.wake_length > 0.0:
-            raise ConfigError(f'wake_length must be above 0 m, got {self.wake_length!r}')
-        if not 0.0 <= self.ell <= 10.0:
-            raise ConfigError(f'ell must be 0 to 10 chords, got {self.ell!r}')
-        if not 0.0 < self.tolerance <= 0.1:
-            raise ConfigError(f'tolerance must be above 0 and at most 0.1, got '
-                              f'{self.tolerance!r}')
-        if self.limit < 1:
-            raise ConfigError(f'limit must be at least 1 iteration, got {self.limit}')
-
-
-DEFAULTS = Settings()
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Model:
-    """
-    An aircraft ready to be computed.
-
-    bound (p, p) : normalwash of unit rings on collocation points; bound_inverse; crossing (p, p)
-    the same between different surfaces only; edge_influence (3 s, p) : velocity of unit rings at
-    the edges' middles; wake_points : per surface, its collocation points and then its edges'
-    middles, where the wake is felt; mean (n, n) : see `averaging`; added_mass (6, 6) : in B
-    about the centre of gravity, per unit density; te_rows (n, p) picks trailing-edge rings;
-    the arms of collocation points, edges and quarter chords are from the centre of gravity.
-    """
-
-    aircraft: Aircraft
-    lattice: Lattice
-    settings: Settings
-    bound: FloatArray
-    bound_inverse: FloatArray
-    crossing: FloatArray
-    edge_influence: FloatArray
-    mean: FloatArray
-    added_mass: FloatArray
-    te_rows: FloatArray
-    wake_points: tuple[FloatArray, ...]
-    collocation_arm: FloatArray
-    edge_arm: FloatArray
-    quarter_arm: FloatArray
-
-    @property
-    def wake_length(self) -> float:
-        """Length of wake that is kept [m]."""
-        if self.settings.wake_length is not None:
-            return self.settings.wake_length
-        length = float(np.ptp(self.lattice.wake_nodes[:, 0]))
-        return length + 20.0 * float(self.lattice.strip_chord.max())
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Onset:
-    """Velocity of the air past the centre of gravity (3,) [m/s] and rates (3,) [rad/s], in G."""
-
-    velocity_G: FloatArray
-    rates_G: FloatArray
-
-    def at(self, arm: FloatArray) -> FloatArray:
-        """Return the velocity (..., 3) of the air past points at arms (..., 3) from the CG."""
-        p, q, r = self.rates_G
-        x, y, z = arm[..., 0], arm[..., 1], arm[..., 2]
-        turning = np.stack([q * z - r * y, r * x - p * z, p * y - q * x], axis=-1)
-        return self.velocity_G - turning
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class StripResponse:
-    """Circulation of strips per unit normalwash (n, p), each surface alone, for one onset."""
-
-    direction: FloatArray
-    response: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -159,7 +72,11 @@ class FlowState:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AeroResult:
-    """Force [N] and moment about the centre of gravity [N m] in G, strips, and how it went."""
+    """
+    Force [N] and moment about the centre of gravity [N m] in G, strips, and how it went.
+
+    history (iterations + 1,) : max |residual| at the start and after each iteration.
+    """
 
     force_G: FloatArray
     moment_G: FloatArray
@@ -168,94 +85,7 @@ class AeroResult:
     status: Status
     iterations: int
     max_residual: float
-
-
-def build(aircraft: Aircraft, settings: Settings = DEFAULTS) -> Model:
-    """Return the model of an aircraft: lattice, influence, averaging and added mass."""
-    lattice = lattices.build(aircraft, settings.chordwise)
-    owner = lattice.strip_surface[lattice.panel_strip]
-    at_points = _influence(lattice, lattice.collocation, owner, lattice.ring_corners, owner)
-    bound = np.einsum('ijk,ik->ij', at_points, lattice.normal)
-    edge_owner = lattice.strip_surface[lattice.edge_strip[:, 0]]
-    at_edges = _influence(lattice, lattice.edge_middle, edge_owner, lattice.ring_corners, owner)
-    inverse = np.linalg.inv(bound)
-    cg = np.array(aircraft.mass.cg_G)
-    arm = lattice.collocation - cg
-    modes = np.hstack([lattice.normal, np.cross(arm, lattice.normal)])
-    added = -(modes * lattice.area[:, None]).T @ inverse @ modes
-    turn = np.concatenate([geometry_to_body(np.ones(3))] * 2)
-    te_rows = np.zeros((lattice.strips, lattice.panels))
-    te_rows[np.arange(lattice.strips), lattice.te_panel] = 1.0
-    arrays = {
-        'bound': bound, 'bound_inverse': inverse,
-        'crossing': np.where(owner[:, None] == owner[None, :], 0.0, bound),
-        'edge_influence': np.ascontiguousarray(
-            at_edges.transpose(0, 2, 1).reshape(-1, lattice.panels)),
-        'mean': averaging(lattice, settings.ell),
-        'added_mass': turn[:, None] * added * turn[None, :],
-        'te_rows': te_rows, 'collocation_arm': arm, 'edge_arm': lattice.edge_middle - cg,
-        'quarter_arm': lattice.quarter_chord - cg}
-    for array in arrays.values():
-        array.setflags(write=False)
-    wake_points = tuple(
-        np.concatenate([lattice.collocation[g.panels], lattice.edge_middle[g.edges]])
-        for g in lattice.grids)
-    return Model(aircraft=aircraft, lattice=lattice, settings=settings, wake_points=wake_points,
-                 **arrays)
-
-
-def _influence(lattice: Lattice, points: FloatArray, point_owner: np.ndarray,
-               corners: FloatArray, ring_owner: np.ndarray) -> FloatArray:
-    """Return the velocity (points, rings, 3) of unit rings, softened between surfaces."""
-    surfaces = range(len(lattice.grids))
-    table = np.array([[wakes.core(lattice, s, p) for s in surfaces] for p in surfaces])
-    out = np.empty((len(points), len(corners), 3))
-    ring_influence(points, np.ascontiguousarray(corners),
-                   table[point_owner[:, None], ring_owner[None, :]], out)
-    return out
-
-
-def wake_direction(velocity_G: FloatArray) -> FloatArray:
-    """Return the unit direction (3,) of the steady wake: downstream, within `WAKE_CONE`."""
-    aft = np.array([1.0, 0.0, 0.0])
-    speed = float(np.linalg.norm(velocity_G))
-    if speed == 0.0:
-        return aft
-    direction = velocity_G / speed
-    if direction[0] >= math.cos(WAKE_CONE):
-        return direction
-    across = np.array([0.0, direction[1], direction[2]])
-    length = float(np.linalg.norm(across))
-    if length < 1e-9:
-        return aft
-    return math.cos(WAKE_CONE) * aft + math.sin(WAKE_CONE) * across / length
-
-
-def _far_rings(lattice: Lattice, direction: FloatArray) -> FloatArray:
-    """Return the corners (n, 4, 3) of the rings of a straight steady wake, one a strip."""
-    left, right = lattice.wake_nodes[lattice.te_node], lattice.wake_nodes[lattice.te_node + 1]
-    far = wakes.far_length(lattice) * direction
-    return np.stack([left, right, right + far, left + far], axis=1)
-
-
-def _far_normalwash(model: Model, direction: FloatArray) -> FloatArray:
-    """Return the normalwash (p, n) of unit straight wakes on the collocation points."""
-    lattice = model.lattice
-    far = _influence(lattice, lattice.collocation, lattice.strip_surface[lattice.panel_strip],
-                     _far_rings(lattice, direction), lattice.strip_surface)
-    return np.einsum('ijk,ik->ij', far, lattice.normal)
-
-
-def _own_response(model: Model, direction: FloatArray) -> StripResponse:
-    """Return the strips' response with each surface alone in its own straight wake."""
-    lattice = model.lattice
-    far = _far_normalwash(model, direction)
-    response = np.zeros((lattice.strips, lattice.panels))
-    for grid in lattice.grids:
-        te_rows = model.te_rows[grid.strips, grid.panels]
-        matrix = model.bound[grid.panels, grid.panels] + far[grid.panels, grid.strips] @ te_rows
-        response[grid.strips, grid.panels] = np.linalg.solve(matrix.T, te_rows.T).T
-    return StripResponse(direction, response)
+    history: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -263,7 +93,7 @@ class _Boundary:
     """
     The onset at the lattice with controls set.
 
-    level, turned (p,) : w = level cos th + turned sin th; strips (8, n) : see
+    level, turned (p,) : w = level cos th + turned sin th; strips (11, n) : see
     `operating_points`; fade (n,).
     """
 
@@ -284,7 +114,7 @@ def _boundary(model: Model, onset: Onset, deflections: FloatArray) -> _Boundary:
     turn = deflections @ lattice.flap_angle
     shift = deflections @ lattice.flap_shift
     cosine, sine = np.cos(turn), np.sin(turn)
-    strips = np.empty((8, lattice.strips))
+    strips = np.empty((11, lattice.strips))
     at_strips = onset.at(model.quarter_arm)
     strips[0] = np.einsum('ij,ij->i', at_strips, lattice.chord_axis)
     strips[1] = np.einsum('ij,ij->i', at_strips, lattice.strip_normal)
@@ -296,8 +126,15 @@ def _boundary(model: Model, onset: Onset, deflections: FloatArray) -> _Boundary:
     strips[4] = lattice.zero_lift
     strips[5] = lattice.zero_lift - shift
     strips[6] = shift
+    strips[8], strips[9] = np.cos(-shift), np.sin(-shift)
+    strips[10] = np.maximum(speed, 1e-12)
     airspeed = float(np.linalg.norm(onset.velocity_G))
     strips[7] = speed > SLOWEST_SHARE * max(airspeed, SLOWEST_SPEED)
+    if model.settings.angle_form is AngleForm.LINEAR:
+        # w = V (alpha + theta), V that of a stream along x at zero incidence.
+        stream = airspeed * lattice.tangent[:, 0]
+        strips[0], strips[1], strips[3] = airspeed * lattice.chord_axis[:, 0], 0.0, 1.0
+        return _Boundary(stream * (np.arctan2(level, turned) + turn), stream, strips)
     return _Boundary(level * cosine + turned * sine, turned * cosine - level * sine, strips)
 
 
@@ -311,47 +148,64 @@ class _Operating:
     speed: FloatArray
     residual: FloatArray
     iterations: int
+    history: FloatArray
 
 
-def _decamber(model: Model, boundary: _Boundary, response: FloatArray, wash: FloatArray,
-              start: FloatArray) -> _Operating:
-    """Return the operating points by the closure in the settings, from delta ``start`` (n,)."""
+def _decamber(model: Model, boundary: _Boundary, operator: FloatArray,
+              start: FloatArray, path: FloatArray) -> _Operating:
+    """
+    Return the operating points by the closure in the settings.
+
+    operator (n, 2 n + 1) : see `operating_points`; start (n,) : delta where Start.GIVEN begins;
+    path (k, 2 n) : filled with the points (alpha, cl) of the first k iterates of schemes A to D.
+    """
     lattice, settings = model.lattice, model.settings
     n = lattice.strips
-    operator = np.empty((n, 2 * n + 1))
-    strip_operator(response, boundary.level, boundary.turned, wash, lattice.panel_strip, operator)
+    linear = settings.angle_form is AngleForm.LINEAR
     alpha, circulation, speed, residual = (np.zeros(n) for _ in range(4))
-    delta = np.array(start)
+    delta = np.array(start) if settings.start is Start.GIVEN else np.zeros(n)
+    curves = (lattice.curves, lattice.polar_index)
+    found = (alpha, circulation, speed, residual)
+    history = np.zeros(settings.limit + 1)
     iterations = 0
     if not settings.decambering:
         delta[:] = 0.0
-        operating_points(
-            delta, boundary.strips, operator, alpha, circulation, speed, np.empty((n, n)))
+        operating_points(delta, boundary.strips, operator, linear, alpha, circulation, speed)
     elif settings.closure is Closure.NONLOCAL:
         iterations = schemes.newton(
-            delta, boundary.strips, operator, lattice.curves, lattice.polar_index, model.mean,
-            settings.tolerance, settings.limit, alpha, circulation, speed, residual)
+            delta, boundary.strips, operator, linear, *curves, model.mean, settings.tolerance,
+            settings.limit, *found, history)
+    elif settings.scheme is Scheme.ROBUST:
+        inverse, level = np.empty((n, n)), np.empty((n, n + 1))
+        schemes.prepare(boundary.strips, operator, linear, inverse, level)
+        iterations = schemes.robust(
+            delta, boundary.strips, operator, inverse, level, linear, *curves, lattice.mirror,
+            settings.tolerance, settings.limit, *found, history)
     else:
-        iterations = schemes.scheme_d(
-            delta, boundary.strips, operator, lattice.curves, lattice.polar_index,
-            _uniform_slope(model, response), 1.0, settings.tolerance, settings.limit,
-            alpha, circulation, speed, residual)
-    return _Operating(delta, alpha, circulation, speed, residual, iterations)
+        iterations = schemes.relaxation(
+            delta, boundary.strips, operator, linear, *curves,
+            model.trajectory[settings.scheme], settings.scheme is Scheme.C, settings.damping,
+            settings.start is Start.SCHEME_A,
+            lattice.mirror if settings.symmetric else np.arange(n),
+            settings.tolerance, settings.limit, *found, history, path)
+    return _Operating(delta, *found, iterations, history[:iterations + 1])
 
 
-def _uniform_slope(model: Model, response: FloatArray) -> FloatArray:
-    """
-    Return sigma (n,), d cl / d delta for a change on all strips alike [1/rad].
-
-    Scheme D's trajectory; the floor keeps strips in strong downwash from moving off at once.
-    """
-    sigma = -2.0 * response.sum(axis=1) / model.lattice.strip_chord
-    return np.maximum(sigma, 0.3 * 2.0 * math.pi)
+def _operator(model: Model, boundary: _Boundary, response: FloatArray,
+              wash: FloatArray) -> FloatArray:
+    """Return the map (n, 2 n + 1) from decambering to circulation, see `operating_points`."""
+    n = model.lattice.strips
+    operator = np.empty((n, 2 * n + 1))
+    strip_operator(response, boundary.level, boundary.turned, wash, model.lattice.panel_strip,
+                   operator)
+    return operator
 
 
 def _normalwash(model: Model, boundary: _Boundary, delta: FloatArray) -> FloatArray:
     """Return the onset's normalwash w (p,) on panels turned by delta, controls and camber."""
     theta = (delta - model.lattice.zero_lift)[model.lattice.panel_strip]
+    if model.settings.angle_form is AngleForm.LINEAR:
+        return boundary.level + boundary.turned * theta
     return boundary.level * np.cos(theta) + boundary.turned * np.sin(theta)
 
 
@@ -415,33 +269,96 @@ def _result(model: Model, onset: Onset, boundary: _Boundary, operating: _Operati
         strips=Strips(alpha=operating.alpha, cl=lift, cd=values[:, 1], cm=values[:, 2],
                       delta=operating.delta, circulation=operating.circulation,
                       residual=operating.residual, stalled=stalled),
-        status=status, iterations=operating.iterations, max_residual=worst)
+        status=status, iterations=operating.iterations, max_residual=worst,
+        history=operating.history)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SteadyProblem:
+    """
+    The decambering of one steady onset, before it is solved.
+
+    strips (11, n), operator (n, 2 n + 1) : see `operating_points`; factors : of the steady matrix;
+    direction (3,) of the straight wake.
+    """
+
+    boundary: _Boundary
+    operator: FloatArray
+    factors: tuple
+    direction: FloatArray
+
+
+def steady_problem(model: Model, onset: Onset, deflections: FloatArray) -> SteadyProblem:
+    """Return the decambering problem of all surfaces and their straight wakes at once."""
+    direction = wake_direction(onset.velocity_G)
+    far = far_normalwash(model.lattice, direction)
+    # A value that is not finite goes through to the status; a step never raises.
+    factors = lu_factor(model.bound + far @ model.te_rows, check_finite=False)
+    response = lu_solve(factors, model.te_rows.T, trans=1, check_finite=False).T
+    boundary = _boundary(model, onset, deflections)
+    operator = _operator(
+        model, boundary, np.ascontiguousarray(response), np.zeros(model.lattice.panels))
+    return SteadyProblem(boundary, operator, factors, direction)
+
+
+NO_PATH = np.empty((0, 0))
 
 
 def steady(model: Model, onset: Onset, deflections: FloatArray, *, density: float,
-           delta0: FloatArray | None = None) -> AeroResult:
+           delta0: FloatArray | None = None, path: FloatArray = NO_PATH) -> AeroResult:
     """
     Return loads and strips in steady flow, all surfaces and their straight wakes at once.
 
     deflections : (controls,) [rad]; delta0 : (n,) where the decambering starts, 0 without;
     past stall the closure may have several solutions, and the start chooses among them.
+    path (k, 2 n) : filled with the points (alpha, cl) of the first iterates of schemes A to D.
     """
     lattice = model.lattice
-    direction = wake_direction(onset.velocity_G)
-    far = _far_normalwash(model, direction)
-    factors = lu_factor(model.bound + far @ model.te_rows)
-    response = lu_solve(factors, model.te_rows.T, trans=1).T
-    boundary = _boundary(model, onset, deflections)
+    problem = steady_problem(model, onset, deflections)
+    boundary = problem.boundary
     start = np.zeros(lattice.strips) if delta0 is None else delta0
-    operating = _decamber(model, boundary, response, np.zeros(lattice.panels), start)
-    circulation = -lu_solve(factors, _normalwash(model, boundary, operating.delta))
+    operating = _decamber(model, boundary, problem.operator, start, path)
+    circulation = -lu_solve(
+        problem.factors, _normalwash(model, boundary, operating.delta), check_finite=False)
     circulation = _strip_theory(model, boundary, operating.delta, circulation)
     edge_owner = lattice.strip_surface[lattice.edge_strip[:, 0]]
-    at_edges = _influence(lattice, lattice.edge_middle, edge_owner,
-                          _far_rings(lattice, direction), lattice.strip_surface)
+    at_edges = influence(lattice, lattice.edge_middle, edge_owner,
+                         far_rings(lattice, problem.direction), lattice.strip_surface)
     row = circulation[lattice.te_panel]
     return _result(model, onset, boundary, operating, circulation, row,
                    np.einsum('ijk,j->ik', at_edges, row), density, None)
+
+
+def uniqueness(model: Model, problem: SteadyProblem, delta: FloatArray) -> float:
+    """
+    Return how far a solution stands from a fold: below 0 it may not be the only one.
+
+    Non-local closure: min Re eig(dF/d delta). Local closure: min Re eig(I + W diag(a_v)) with W
+    the induced angles and a_v the slopes of the sections' curves; below 0 no relaxation,
+    however damped, stays there.
+    """
+    lattice, n = model.lattice, model.lattice.strips
+    strips = problem.boundary.strips
+    linear = model.settings.angle_form is AngleForm.LINEAR
+    alpha, circulation, speed, residual = (np.empty(n) for _ in range(4))
+    slope, jacobian = np.empty((n, n)), np.empty((n, n))
+    operating_points(delta, strips, problem.operator, linear, alpha, circulation, speed)
+    alpha_slopes(delta, strips, problem.operator, linear, circulation, speed, slope)
+    if model.settings.closure is Closure.NONLOCAL:
+        change = np.empty(n)
+        nonlocal_residual(delta, strips, linear, lattice.curves, lattice.polar_index, model.mean,
+                          alpha, residual, change)
+        nonlocal_jacobian(strips, model.mean, change, slope, jacobian)
+    else:
+        values = np.empty((n, 4))
+        sections(lattice.curves, lattice.polar_index, alpha + strips[6], values)
+        ratio = 0.0 if linear else np.clip(values[:, 0] / schemes.TWO_PI, -0.999, 0.999)
+        rate = values[:, 3] / np.sqrt(1.0 - ratio ** 2)
+        induced = -np.linalg.solve((np.eye(n) + slope).T, slope.T).T / schemes.TWO_PI
+        jacobian = np.eye(n) + induced * rate
+    if not np.isfinite(jacobian).all():
+        return math.nan
+    return float(np.linalg.eigvals(jacobian).real.min())
 
 
 def start(model: Model, onset: Onset, placement: Placement, deflections: FloatArray, *,
@@ -465,7 +382,7 @@ def start(model: Model, onset: Onset, placement: Placement, deflections: FloatAr
     wake = wakes.straight(lattice, placement, step * direction, rows, strength)
     return FlowState(
         wake=wake, circulation=result.circulation, previous=result.circulation, shed=strength,
-        delta=result.strips.delta, response=_own_response(model, direction),
+        delta=result.strips.delta, response=own_response(model, direction),
         steps=0 if at_rest else 2), result
 
 
@@ -495,10 +412,11 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
     response = flow.response
     direction = wake_direction(onset.velocity_G)
     if direction @ response.direction < math.cos(REFRESH_ANGLE):
-        response = _own_response(model, direction)
+        response = own_response(model, direction)
     boundary = _boundary(model, onset, deflections)
     wash = model.crossing @ flow.circulation + np.einsum('ij,ij->i', foreign, lattice.normal)
-    operating = _decamber(model, boundary, response.response, wash, flow.delta)
+    operating = _decamber(model, boundary, _operator(model, boundary, response.response, wash),
+                          flow.delta, NO_PATH)
 
     normalwash = _normalwash(model, boundary, operating.delta) \
         + np.einsum('ij,ij->i', everything, lattice.normal)

@@ -1,0 +1,244 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""What is computed once for an aircraft: settings, influence of the lattice, responses."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from poststall_sim.aero import lattice as lattices
+from poststall_sim.aero import superposition
+from poststall_sim.aero import wake as wakes
+from poststall_sim.aero.decambering import AngleForm, Closure, averaging
+from poststall_sim.aero.kernels import ring_influence
+from poststall_sim.aero.lattice import Lattice
+from poststall_sim.aero.schemes import Scheme, Start
+from poststall_sim.aircraft import Aircraft, ConfigError
+from poststall_sim.frames import FloatArray, geometry_to_body
+
+WAKE_CONE = math.radians(60.0)
+"""The straight wake of the steady problem stays within this of the lattice's aft axis."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """
+    How the aerodynamics are computed.
+
+    chordwise : panels along every chord; wake_length [m], None for the tail arm and twenty
+    chords; decambering False: attached flow at any angle; ell : averaging length of the
+    non-local closure [chords], one or one a surface; scheme, damping, start : of the local
+    closure; symmetric : its schemes A to D move mirrored strips alike; tolerance on the
+    closure's residual [rad] ([-] for the local one); limit on its iterations; coarsen : rows of
+    the wake far from their trailing edge evaluated in groups; unsteady False: no wake history,
+    no added mass, loads of the steady lattice.
+    """
+
+    chordwise: int = 4
+    wake_length: float | None = None
+    decambering: bool = True
+    closure: Closure = Closure.NONLOCAL
+    angle_form: AngleForm = AngleForm.EXACT
+    ell: float | tuple[float, ...] = 1.0
+    scheme: Scheme = Scheme.ROBUST
+    damping: float = 1.0
+    start: Start = Start.GIVEN
+    symmetric: bool = False
+    tolerance: float = 1e-5
+    limit: int = 200
+    coarsen: bool = True
+    unsteady: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be computed."""
+        if not 1 <= self.chordwise <= 32:
+            raise ConfigError(f'chordwise panels must be 1 to 32, got {self.chordwise}')
+        if self.wake_length is not None and not self.wake_length > 0.0:
+            raise ConfigError(f'wake_length must be above 0 m, got {self.wake_length!r}')
+        for ell in self.ell if isinstance(self.ell, tuple) else (self.ell,):
+            if not 0.0 <= ell <= 10.0:
+                raise ConfigError(f'ell must be 0 to 10 chords, got {self.ell!r}')
+        if not 0.0 < self.damping <= 1.0:
+            raise ConfigError(f'damping must be above 0 and at most 1, got {self.damping!r}')
+        if self.unsteady and self.angle_form is AngleForm.LINEAR:
+            raise ConfigError('the linear angle form is for steady flow: set unsteady to False')
+        if not 0.0 < self.tolerance <= 0.1:
+            raise ConfigError(f'tolerance must be above 0 and at most 0.1, got '
+                              f'{self.tolerance!r}')
+        if self.limit < 1:
+            raise ConfigError(f'limit must be at least 1 iteration, got {self.limit}')
+
+
+DEFAULTS = Settings()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Model:
+    """
+    An aircraft ready to be computed.
+
+    bound (p, p) : normalwash of unit rings on collocation points; bound_inverse; crossing (p, p)
+    the same between different surfaces only; edge_influence (3 s, p) : velocity of unit rings at
+    the edges' middles; wake_points : per surface, its collocation points and then its edges'
+    middles, where the wake is felt; mean (n, n) : see `averaging`; added_mass (6, 6) : in B
+    about the centre of gravity, per unit density; te_rows (n, p) picks trailing-edge rings;
+    trajectory (n,) by scheme : d cl / d delta [1/rad] along which schemes A to D move a strip;
+    the arms of collocation points, edges and quarter chords are from the centre of gravity.
+    """
+
+    aircraft: Aircraft
+    lattice: Lattice
+    settings: Settings
+    bound: FloatArray
+    bound_inverse: FloatArray
+    crossing: FloatArray
+    edge_influence: FloatArray
+    mean: FloatArray
+    added_mass: FloatArray
+    te_rows: FloatArray
+    trajectory: dict[Scheme, FloatArray]
+    wake_points: tuple[FloatArray, ...]
+    collocation_arm: FloatArray
+    edge_arm: FloatArray
+    quarter_arm: FloatArray
+
+    @property
+    def wake_length(self) -> float:
+        """Length of wake that is kept [m]."""
+        if self.settings.wake_length is not None:
+            return self.settings.wake_length
+        length = float(np.ptp(self.lattice.wake_nodes[:, 0]))
+        return length + 20.0 * float(self.lattice.strip_chord.max())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Onset:
+    """Velocity of the air past the centre of gravity (3,) [m/s] and rates (3,) [rad/s], in G."""
+
+    velocity_G: FloatArray
+    rates_G: FloatArray
+
+    def at(self, arm: FloatArray) -> FloatArray:
+        """Return the velocity (..., 3) of the air past points at arms (..., 3) from the CG."""
+        p, q, r = self.rates_G
+        x, y, z = arm[..., 0], arm[..., 1], arm[..., 2]
+        turning = np.stack([q * z - r * y, r * x - p * z, p * y - q * x], axis=-1)
+        return self.velocity_G - turning
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StripResponse:
+    """Circulation of strips per unit normalwash (n, p), each surface alone, for one onset."""
+
+    direction: FloatArray
+    response: FloatArray
+
+
+def build(aircraft: Aircraft, settings: Settings = DEFAULTS) -> Model:
+    """Return the model of an aircraft: lattice, influence, averaging and added mass."""
+    lattice = lattices.build(aircraft, settings.chordwise)
+    if isinstance(settings.ell, tuple) and len(settings.ell) != len(lattice.grids):
+        raise ConfigError(f'ell must be one number or one for each of the {len(lattice.grids)} '
+                          f'surfaces, got {settings.ell!r}')
+    owner = lattice.strip_surface[lattice.panel_strip]
+    at_points = influence(lattice, lattice.collocation, owner, lattice.ring_corners, owner)
+    bound = np.einsum('ijk,ik->ij', at_points, lattice.normal)
+    edge_owner = lattice.strip_surface[lattice.edge_strip[:, 0]]
+    at_edges = influence(lattice, lattice.edge_middle, edge_owner, lattice.ring_corners, owner)
+    inverse = np.linalg.inv(bound)
+    cg = np.array(aircraft.mass.cg_G)
+    arm = lattice.collocation - cg
+    modes = np.hstack([lattice.normal, np.cross(arm, lattice.normal)])
+    added = -(modes * lattice.area[:, None]).T @ inverse @ modes
+    turn = np.concatenate([geometry_to_body(np.ones(3))] * 2)
+    te_rows = np.zeros((lattice.strips, lattice.panels))
+    te_rows[np.arange(lattice.strips), lattice.te_panel] = 1.0
+    arrays = {
+        'bound': bound, 'bound_inverse': inverse,
+        'crossing': np.where(owner[:, None] == owner[None, :], 0.0, bound),
+        'edge_influence': np.ascontiguousarray(
+            at_edges.transpose(0, 2, 1).reshape(-1, lattice.panels)),
+        'mean': averaging(lattice, settings.ell),
+        'added_mass': turn[:, None] * added * turn[None, :],
+        'te_rows': te_rows, 'collocation_arm': arm, 'edge_arm': lattice.edge_middle - cg,
+        'quarter_arm': lattice.quarter_chord - cg}
+    for array in arrays.values():
+        array.setflags(write=False)
+    wake_points = tuple(
+        np.concatenate([lattice.collocation[g.panels], lattice.edge_middle[g.edges]])
+        for g in lattice.grids)
+    aft = np.array([1.0, 0.0, 0.0])
+    response = steady_response(bound, far_normalwash(lattice, aft), te_rows)
+    parts = superposition.loadings(
+        lattice, superposition.lift_slopes(lattice, response), aircraft.reference.area)
+    single, together = superposition.trajectory_slopes(parts)
+    plate = np.full(lattice.strips, 2.0 * math.pi)
+    trajectory = {
+        Scheme.A: plate, Scheme.B: single, Scheme.C: plate,
+        # The floor keeps a strip in strong downwash from moving off at once.
+        Scheme.D: np.maximum(together, 0.3 * plate)}
+    return Model(aircraft=aircraft, lattice=lattice, settings=settings, wake_points=wake_points,
+                 trajectory=trajectory, **arrays)
+
+
+def steady_response(bound: FloatArray, far: FloatArray, te_rows: FloatArray) -> FloatArray:
+    """
+    Return the strips' circulation (n, p) per unit normalwash in steady flow, G = -response w.
+
+    bound (p, p); far (p, n) : see `far_normalwash`; te_rows (n, p).
+    """
+    return np.ascontiguousarray(np.linalg.solve((bound + far @ te_rows).T, te_rows.T).T)
+
+
+def influence(lattice: Lattice, points: FloatArray, point_owner: np.ndarray,
+               corners: FloatArray, ring_owner: np.ndarray) -> FloatArray:
+    """Return the velocity (points, rings, 3) of unit rings, softened between surfaces."""
+    surfaces = range(len(lattice.grids))
+    table = np.array([[wakes.core(lattice, s, p) for s in surfaces] for p in surfaces])
+    out = np.empty((len(points), len(corners), 3))
+    ring_influence(points, np.ascontiguousarray(corners),
+                   table[point_owner[:, None], ring_owner[None, :]], out)
+    return out
+
+
+def wake_direction(velocity_G: FloatArray) -> FloatArray:
+    """Return the unit direction (3,) of the steady wake: downstream, within `WAKE_CONE`."""
+    aft = np.array([1.0, 0.0, 0.0])
+    speed = float(np.linalg.norm(velocity_G))
+    if speed == 0.0:
+        return aft
+    direction = velocity_G / speed
+    if direction[0] >= math.cos(WAKE_CONE):
+        return direction
+    across = np.array([0.0, direction[1], direction[2]])
+    length = float(np.linalg.norm(across))
+    if length < 1e-9:
+        return aft
+    return math.cos(WAKE_CONE) * aft + math.sin(WAKE_CONE) * across / length
+
+
+def far_rings(lattice: Lattice, direction: FloatArray) -> FloatArray:
+    """Return the corners (n, 4, 3) of the rings of a straight steady wake, one a strip."""
+    left, right = lattice.wake_nodes[lattice.te_node], lattice.wake_nodes[lattice.te_node + 1]
+    far = wakes.far_length(lattice) * direction
+    return np.stack([left, right, right + far, left + far], axis=1)
+
+
+def far_normalwash(lattice: Lattice, direction: FloatArray) -> FloatArray:
+    """Return the normalwash (p, n) of unit straight wakes on the collocation points."""
+    far = influence(lattice, lattice.collocation, lattice.strip_surface[lattice.panel_strip],
+                     far_rings(lattice, direction), lattice.strip_surface)
+    return np.einsum('ijk,ik->ij', far, lattice.normal)
+
+
+def own_response(model: Model, direction: FloatArray) -> StripResponse:
+    """Return the strips' response with each surface alone in its own straight wake."""
+    lattice = model.lattice
+    far = far_normalwash(lattice, direction)
+    response = np.zeros((lattice.strips, lattice.panels))
+    for grid in lattice.grids:
+        response[grid.strips, grid.panels] = steady_response(
+            model.bound[grid.panels, grid.panels], far[grid.panels, grid.strips],
+            model.te_rows[grid.strips, grid.panels])
+    return StripResponse(direction, response)
