@@ -143,14 +143,16 @@ class FlowState:
     """
     What the flow remembers from step to step.
 
-    circulation, previous : (p,) of this step and the one before; shed : (n,) what the trailing
-    edges leave to the next row; delta : (n,) [rad]; steps : since the start, the order of
-    dG/dt builds up with it.
+    circulation, previous : (p,) of this step and the one before; bare, previous_bare : (p,) those
+    of the undeflected lattice without a wake; shed : (n,) what the trailing edges leave to the
+    next row; delta : (n,) [rad]; steps : since the start, the order of dG/dt builds up with it.
     """
 
     wake: Wake
     circulation: FloatArray
     previous: FloatArray
+    bare: FloatArray
+    previous_bare: FloatArray
     shed: FloatArray
     delta: FloatArray
     response: StripResponse
@@ -429,12 +431,14 @@ def steady(model: Model, onset: Onset, deflections: FloatArray, *, density: floa
     lattice = model.lattice
     direction = wake_direction(onset.velocity_G)
     far = _far_normalwash(model, direction)
-    factors = lu_factor(model.bound + far @ model.te_rows)
-    response = lu_solve(factors, model.te_rows.T, trans=1).T
+    # A value that is not finite goes through to the status; a step never raises.
+    factors = lu_factor(model.bound + far @ model.te_rows, check_finite=False)
+    response = lu_solve(factors, model.te_rows.T, trans=1, check_finite=False).T
     boundary = _boundary(model, onset, deflections)
     start = np.zeros(lattice.strips) if delta0 is None else delta0
     operating = _decamber(model, boundary, response, np.zeros(lattice.panels), start)
-    circulation = -lu_solve(factors, _normalwash(model, boundary, operating.delta))
+    circulation = -lu_solve(
+        factors, _normalwash(model, boundary, operating.delta), check_finite=False)
     circulation = _strip_theory(model, boundary, operating.delta, circulation)
     edge_owner = lattice.strip_surface[lattice.edge_strip[:, 0]]
     at_edges = _influence(lattice, lattice.edge_middle, edge_owner,
@@ -455,7 +459,9 @@ def start(model: Model, onset: Onset, placement: Placement, deflections: FloatAr
     """
     lattice = model.lattice
     result = steady(model, onset, deflections, density=density, delta0=delta0)
-    fade = _boundary(model, onset, deflections).fade
+    boundary = _boundary(model, onset, deflections)
+    fade = boundary.fade
+    bare = -model.bound_inverse @ boundary.level
     speed = float(np.linalg.norm(onset.velocity_G))
     step = max(speed * dt, 0.02 * float(lattice.strip_chord.min()))
     rows = max(2, math.ceil(model.wake_length / step))
@@ -464,9 +470,9 @@ def start(model: Model, onset: Onset, placement: Placement, deflections: FloatAr
     strength = np.zeros(lattice.strips) if at_rest else shed
     wake = wakes.straight(lattice, placement, step * direction, rows, strength)
     return FlowState(
-        wake=wake, circulation=result.circulation, previous=result.circulation, shed=strength,
-        delta=result.strips.delta, response=_own_response(model, direction),
-        steps=0 if at_rest else 2), result
+        wake=wake, circulation=result.circulation, previous=result.circulation, bare=bare,
+        previous_bare=bare, shed=strength, delta=result.strips.delta,
+        response=_own_response(model, direction), steps=0 if at_rest else 2), result
 
 
 def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
@@ -504,17 +510,27 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
         + np.einsum('ij,ij->i', everything, lattice.normal)
     circulation = _strip_theory(
         model, boundary, operating.delta, -model.bound_inverse @ normalwash)
-    if flow.steps == 0:
-        rate = np.zeros(lattice.panels)
-    elif flow.steps == 1:
-        rate = (circulation - flow.circulation) / dt
-    else:
-        rate = (3.0 * circulation - 4.0 * flow.circulation + flow.previous) / (2.0 * dt)
+    # A faded strip has the circulation of strip theory, which in reversed flow answers the
+    # normalwash with the other sign; the air that the plate carries along does not.
+    bare = -model.bound_inverse @ boundary.level
+    fade = boundary.fade[lattice.panel_strip]
+    rate = fade * _rate(circulation, flow.circulation, flow.previous, flow.steps, dt) \
+        + (1.0 - fade) * _rate(bare, flow.bare, flow.previous_bare, flow.steps, dt)
     at_te = circulation[lattice.te_panel]
     row = wake.circulation[0] + (1.0 - boundary.fade) * at_te
     result = _result(
         model, onset, boundary, operating, circulation, row, at_edges, density, rate)
     return FlowState(
-        wake=wake, circulation=circulation, previous=flow.circulation,
-        shed=boundary.fade * at_te, delta=operating.delta, response=response,
-        steps=flow.steps + 1), result
+        wake=wake, circulation=circulation, previous=flow.circulation, bare=bare,
+        previous_bare=flow.bare, shed=boundary.fade * at_te, delta=operating.delta,
+        response=response, steps=flow.steps + 1), result
+
+
+def _rate(new: FloatArray, old: FloatArray, older: FloatArray, steps: int,
+          dt: float) -> FloatArray:
+    """Return d/dt by backward differences, of the order that the steps so far allow."""
+    if steps == 0:
+        return np.zeros_like(new)
+    if steps == 1:
+        return (new - old) / dt
+    return (3.0 * new - 4.0 * old + older) / (2.0 * dt)
