@@ -17,8 +17,10 @@ import numpy as np
 
 from poststall_sim import rigid_body
 from poststall_sim import trim as trims
+from poststall_sim.aero import model as models
 from poststall_sim.aero import solver
-from poststall_sim.aero.solver import AeroResult, FlowState, Model, Onset, Settings
+from poststall_sim.aero.model import DEFAULTS, Model, Onset, Settings
+from poststall_sim.aero.solver import AeroResult, FlowState
 from poststall_sim.aero.wake import Placement
 from poststall_sim.aircraft import Aircraft, ConfigError
 from poststall_sim.atmosphere import standard_air
@@ -26,6 +28,7 @@ from poststall_sim.frames import (
     GRAVITY,
     FloatArray,
     body_to_geometry,
+    body_to_stability,
     flow_angles,
     geometry_to_body,
     rotation,
@@ -42,8 +45,8 @@ class FlightState:
     Everything a step starts from.
 
     load : (6,) aerodynamics and thrust in B with the added mass taken out [N, N m]; motion,
-    previous_motion : (6,) velocity and rates in B of this step and the one before, for the
-    added mass.
+    previous_motion : (6,) velocity and rates in B that the flow of this step and of the one
+    before was computed with, for the added mass.
     """
 
     time_ns: int
@@ -87,9 +90,12 @@ def begin(model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
         model, _onset(body, wind_N), placement(model.aircraft, body), controls.deflections,
         density=density, dt=dt_ns * 1e-9, delta0=delta0)
     motion = np.concatenate([body.velocity_B, body.rates_B])
-    load = _load(aero) + _thrust(model, body, controls, wind_N)
+    push = _thrust(model, body, controls, wind_N)
+    load = _load(aero) + push
     state = FlightState(time_ns, body, controls, flow, load, motion, motion)
-    return state, _snapshot(model, state, aero, wind_N, np.zeros(6), np.zeros(6))
+    added, rigid = _inertia(model, density)
+    change = rigid_body.acceleration(body, load, **rigid)
+    return state, _snapshot(model, state, aero, push, wind_N, change, -added @ change)
 
 
 def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
@@ -101,12 +107,10 @@ def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
     snapshot's status DIVERGED; it is for the caller to go back to the old state.
     """
     dt = dt_ns * 1e-9
-    aircraft, mass = model.aircraft, model.aircraft.mass
+    aircraft = model.aircraft
     controls = limited(aircraft, controls)
     density = standard_air(state.body.altitude).density
-    added = density * model.added_mass if model.settings.unsteady else np.zeros((6, 6))
-    rigid = {'mass': mass.mass, 'inertia_B': mass.inertia_B, 'inverse':
-             rigid_body.mass_matrix_inverse(mass.mass, mass.inertia_B, added)}
+    added, rigid = _inertia(model, density)
 
     guess = rigid_body.advance(state.body, state.load, state.load, dt, **rigid)
     flow, aero = solver.advance(
@@ -115,13 +119,21 @@ def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
     motion = np.concatenate([guess.velocity_B, guess.rates_B])
     # The same difference formula as dG/dt, so that the added mass cancels exactly.
     rate = (3.0 * motion - 4.0 * state.motion + state.previous_motion) / (2.0 * dt)
-    load = _load(aero) + added @ rate + _thrust(model, guess, controls, wind_N)
+    push = _thrust(model, guess, controls, wind_N)
+    load = _load(aero) + added @ rate + push
     body = rigid_body.advance(state.body, state.load, load, dt, **rigid)
 
-    new = FlightState(state.time_ns + dt_ns, body, controls, flow, load,
-                      np.concatenate([body.velocity_B, body.rates_B]), state.motion)
+    new = FlightState(state.time_ns + dt_ns, body, controls, flow, load, motion, state.motion)
     change = rigid_body.acceleration(body, load, **rigid)
-    return new, _snapshot(model, new, aero, wind_N, change, added @ (rate - change))
+    return new, _snapshot(model, new, aero, push, wind_N, change, added @ (rate - change))
+
+
+def _inertia(model: Model, density: float) -> tuple[FloatArray, dict]:
+    """Return the added mass (6, 6) in B and what `rigid_body` is told of the aircraft."""
+    mass = model.aircraft.mass
+    added = density * model.added_mass if model.settings.unsteady else np.zeros((6, 6))
+    inverse = rigid_body.mass_matrix_inverse(mass.mass, mass.inertia_B, added)
+    return added, {'mass': mass.mass, 'inertia_B': mass.inertia_B, 'inverse': inverse}
 
 
 def _load(aero: AeroResult) -> FloatArray:
@@ -133,23 +145,23 @@ def _thrust(model: Model, body: BodyState, controls: Controls, wind_N: FloatArra
         thrust(model.aircraft, _air_velocity(body, wind_N), controls.throttle))
 
 
-def _snapshot(model: Model, state: FlightState, aero: AeroResult, wind_N: FloatArray,
-              change: FloatArray, correction: FloatArray) -> Snapshot:
+def _snapshot(model: Model, state: FlightState, aero: AeroResult, push: FloatArray,
+              wind_N: FloatArray, change: FloatArray, correction: FloatArray) -> Snapshot:
     """
     Return what can be measured at a state.
 
-    change (6,) : d(nu)/dt in B; correction (6,) : what the added mass makes of the difference
-    between that acceleration and the one the loads were computed with.
+    push (6,) : of the engines; change (6,) : d(nu)/dt in B; correction (6,) : what the added
+    mass makes of the difference between that acceleration and the one the loads were computed
+    with.
     """
     body = state.body
     air_B = _air_velocity(body, wind_N)
     airspeed, alpha, beta = flow_angles(air_B)
     aerodynamic = _load(aero) + correction
-    push = _thrust(model, body, state.controls, wind_N)
     status = aero.status
     if not (body.is_finite() and np.isfinite(change).all()):
         status = Status.DIVERGED
-    specific = (aerodynamic[:3] + push[:3]) / model.aircraft.mass.mass
+    specific = body_to_stability((aerodynamic + push)[:3], alpha) / model.aircraft.mass.mass
     return Snapshot(
         time_ns=state.time_ns, body=body, controls=state.controls, velocity_air_B=air_B,
         airspeed=airspeed, alpha=alpha, beta=beta,
@@ -216,7 +228,7 @@ def automatic_dt_ns(model: Model, airspeed: float) -> int:
     return max(1, math.floor(1e3 * panel / airspeed + 1e-9)) * 1_000_000
 
 
-def start(aircraft: Aircraft, settings: Settings = solver.DEFAULTS, *, airspeed: float,
+def start(aircraft: Aircraft, settings: Settings = DEFAULTS, *, airspeed: float,
           altitude: float, wind_N: FloatArray = CALM, dt: float | None = None,
           progress: Callable[[str], None] = lambda text: None) -> Flight:
     """
@@ -226,7 +238,7 @@ def start(aircraft: Aircraft, settings: Settings = solver.DEFAULTS, *, airspeed:
     takes the time. Raises `ConfigError` where no trim exists.
     """
     progress('building the lattice (compiling on the first run, up to a minute)')
-    model = solver.build(aircraft, settings)
+    model = models.build(aircraft, settings)
     dt_ns = automatic_dt_ns(model, airspeed) if dt is None else round(dt * 1e9)
     longest = 2 * automatic_dt_ns(model, airspeed)
     if not 0 < dt_ns <= longest:

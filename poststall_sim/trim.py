@@ -14,7 +14,8 @@ import numpy as np
 from scipy.optimize import brentq, root
 
 from poststall_sim.aero import solver
-from poststall_sim.aero.solver import AeroResult, Model, Onset
+from poststall_sim.aero.model import Model, Onset
+from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import (
@@ -94,6 +95,8 @@ def _finish(model: Model, airspeed: float, alpha: float, climb_angle: float, ele
         message = f'the aerodynamics did not converge, residual {aero.max_residual:.1e}'
     elif np.abs(residual).max() > ACCEPTED:
         message = f'no balance found, residual {np.abs(residual).max():.1e} of the weight'
+        if elevator in (low, high):
+            message += f', with the elevator at its limit of {math.degrees(elevator):g} deg'
     elif not low <= elevator <= high:
         message = (f'the elevator would have to stand at {math.degrees(elevator):.1f} deg, its '
                    f'limits are {math.degrees(low):g} and {math.degrees(high):g}')

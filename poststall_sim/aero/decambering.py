@@ -29,8 +29,8 @@ from poststall_sim.aero.lattice import Lattice
 from poststall_sim.aero.polars import section
 from poststall_sim.frames import FloatArray
 
-_EXACT = {'cache': True, 'nogil': True}
-_SUM = {'cache': True, 'nogil': True, 'error_model': 'numpy',
+EXACT = {'cache': True, 'nogil': True}
+SUM = {'cache': True, 'nogil': True, 'error_model': 'numpy',
         'fastmath': {'reassoc', 'contract'}}
 """Sums may be reordered so that they vectorise; NaN and infinity keep their meaning."""
 TWO_PI = 2.0 * math.pi
@@ -78,13 +78,13 @@ def averaging(lattice: Lattice, ell: float | tuple[float, ...]) -> FloatArray:
     return weight / weight.sum(axis=1, keepdims=True)
 
 
-@njit(**_EXACT)
+@njit(**EXACT)
 def wrap(angle):
     """Return an angle [rad] brought into -pi..pi."""
     return angle - TWO_PI * math.floor((angle + math.pi) / TWO_PI)
 
 
-@njit(**_EXACT)
+@njit(**EXACT)
 def strip_operator(response, level, turned, wash, panel_strip, operator):
     """
     Fill the map from decambering to strip circulation, see `operating_points`.
@@ -106,7 +106,7 @@ def strip_operator(response, level, turned, wash, panel_strip, operator):
                 operator[j, 2 * n] -= r * wash[i]
 
 
-@njit(**_SUM)
+@njit(**SUM)
 def operating_points(delta, strips, operator, linear, alpha, circulation, speed):
     """
     Fill the operating points of all strips for given decambering.
@@ -152,7 +152,7 @@ def operating_points(delta, strips, operator, linear, alpha, circulation, speed)
         alpha[j] = wrap(math.atan2(we, ue) - the)
 
 
-@njit(**_SUM)
+@njit(**SUM)
 def alpha_slopes(delta, strips, operator, linear, circulation, speed, slope):
     """
     Fill `slope` (n, n) with d alpha / d delta at the points of `operating_points`.
@@ -181,7 +181,7 @@ def alpha_slopes(delta, strips, operator, linear, circulation, speed, slope):
                 + circulation[j] / plate * (u * s + w * c) / v2
 
 
-@njit(**_EXACT)
+@njit(**EXACT)
 def potential_angle(curve, alpha, linear, out):
     """
     Return the angle at which potential flow has a section's cl, and its slope.
@@ -195,7 +195,7 @@ def potential_angle(curve, alpha, linear, out):
     return math.asin(ratio), out[3] / (TWO_PI * math.sqrt(1.0 - ratio * ratio))
 
 
-@njit(**_SUM)
+@njit(**SUM)
 def nonlocal_residual(delta, strips, linear, curves, polar_index, mean, alpha, residual, change):
     """
     Fill the residual of the non-local closure and the slope of the section's decambering.
@@ -224,7 +224,7 @@ def nonlocal_residual(delta, strips, linear, curves, polar_index, mean, alpha, r
         change[j] = rate - 1.0
 
 
-@njit(**_EXACT)
+@njit(**EXACT)
 def strip_theory(delta, strips, linear, curves, polar_index):
     """Put strips that have faded into strip theory (f = 0) at their decambering, in place."""
     out = np.empty(4)
@@ -235,7 +235,7 @@ def strip_theory(delta, strips, linear, curves, polar_index):
             delta[j] = wrap(phi - alpha + strips[5, j])
 
 
-@njit(**_SUM)
+@njit(**SUM)
 def nonlocal_jacobian(strips, mean, change, slope, jacobian):
     """Fill dF/d delta = I - diag(dD/da) (d abar / d alpha) (d alpha / d delta), (n, n)."""
     n = change.size
@@ -255,7 +255,7 @@ def nonlocal_jacobian(strips, mean, change, slope, jacobian):
         jacobian[j, j] += 1.0
 
 
-@njit(**_EXACT)
+@njit(**EXACT)
 def local_residual(strips, curves, polar_index, alpha, circulation, speed, residual):
     """Fill the residual (n,) of the local closure, cl_j - cl_visc,j(alpha_j) [-]."""
     out = np.empty(4)

@@ -94,6 +94,10 @@ def grid_edges(nodes, ring, out):
                     out[5, n] += 0.5 * (nodes[i, k + 1, c] - nodes[i, k, c]) ** 2
                 if i + 1 < rows:
                     out[6, n] += 0.5 * (nodes[i + 1, k, c] - nodes[i, k, c]) ** 2
+            if k + 1 == width:
+                # No edge, but its core must not vanish: a point may lie on the line to the next
+                # row's first node, where 0 (circulation) would meet 1/0.
+                out[5, n] = 1.0
             if i + 1 < rows and k + 1 < width:
                 out[3, n] += ring[i, k]
                 out[3, n + width] -= ring[i, k]

@@ -132,11 +132,16 @@ def _polar(curve: FloatArray, name: str) -> SectionPolar:
     i = rising[np.argmin(np.abs(angles[rising]))]
     zero_lift = brentq(cl, angles[i], angles[i + 1], xtol=1e-14)
 
-    def extreme(k: int) -> float:
-        low, high = angles[max(k - 1, 0)], angles[min(k + 1, len(angles) - 1)]
+    def stall(side: int) -> float:
+        # From zero lift outwards, to the best lift before it falls by 3 %: further on a
+        # separated section may lift more than it did at its stall.
+        k = best = i + (side > 0)
+        while 0 <= k < len(angles) and side * lift[k] >= 0.97 * side * lift[best]:
+            best = k if side * lift[k] > side * lift[best] else best
+            k += side
+        low, high = angles[max(best - 1, 0)], angles[min(best + 1, len(angles) - 1)]
         if slope(low) * slope(high) < 0.0:
             return brentq(slope, low, high, xtol=1e-12)
-        return angles[k]
+        return angles[best]
 
-    return SectionPolar(curve, zero_lift, extreme(int(np.argmax(lift))),
-                        extreme(int(np.argmin(lift))))
+    return SectionPolar(curve, zero_lift, stall(1), stall(-1))

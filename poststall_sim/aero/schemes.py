@@ -8,9 +8,8 @@ Solvers for the decambering: residual in, delta and how it went out.
   delta <- delta - F / mu and back to Newton as the residual falls (Kelley & Keyes, SIAM J.
   Numer. Anal. 35, 1998).
 * `relaxation`, for the local closure: schemes A, B, C and D of the dissertation (section 3.2),
-  which move each strip along an assumed trajectory to the lift curve.
-* `robust`, for the local closure: Newton, and where that fails nonlinear Gauss-Seidel over
-  mirrored strips, each moved to the first root met going downhill.
+  which move each strip along an assumed trajectory to the lift curve. The robust solver of the
+  same closure is in `robust`.
 """
 
 import enum
@@ -20,21 +19,17 @@ import numpy as np
 from numba import njit
 
 from poststall_sim.aero.decambering import (
+    EXACT,
+    TWO_PI,
     alpha_slopes,
     local_residual,
     nonlocal_jacobian,
     nonlocal_residual,
     operating_points,
-    potential_angle,
     strip_theory,
     wrap,
 )
 from poststall_sim.aero.polars import section
-
-_EXACT = {'cache': True, 'nogil': True}
-_SUM = {'cache': True, 'nogil': True, 'error_model': 'numpy',
-        'fastmath': {'reassoc', 'contract'}}
-TWO_PI = 2.0 * math.pi
 
 
 class Scheme(enum.Enum):
@@ -59,7 +54,7 @@ LARGEST_STEP = math.radians(20.0)
 """No strip's decambering changes by more in one Newton step."""
 
 
-@njit(**_EXACT)
+@njit(**EXACT)
 def newton(delta, strips, operator, linear, curves, polar_index, mean, tolerance, limit,
            alpha, circulation, speed, residual, history):
     """
@@ -141,7 +136,7 @@ SEARCH_RANGE = math.radians(90.0)
 LARGEST_UPDATE = math.radians(15.0)
 
 
-@njit(**_EXACT)
+@njit(**EXACT)
 def _target(curve, alpha, shift, cl, sigma):
     """
     Return the change of delta that brings a strip to the nearest crossing of its trajectory.
@@ -179,7 +174,7 @@ def _target(curve, alpha, shift, cl, sigma):
     return -0.3 * start / sigma
 
 
-@njit(**_EXACT)
+@njit(**EXACT)
 def relaxation(delta, strips, operator, linear, curves, polar_index, sigma, secant, damping,
                first_by_a, mirror, tolerance, limit, alpha, circulation, speed, residual, history,
                path):
@@ -238,248 +233,4 @@ def relaxation(delta, strips, operator, linear, curves, polar_index, sigma, seca
     local_residual(strips, curves, polar_index, alpha, circulation, speed, residual)
     for j in range(n):
         delta[j] = wrap(delta[j])
-    return iterations
-
-
-MOST_SWEEPS = 64
-"""Gauss-Seidel sweeps between two trials of Newton, at most: they double while they gain little,
-so that the iteration gets through the narrows beside a fold, where Newton would turn it back."""
-LEAST_DAMPING = 0.3
-"""Sweeps that gain little are damped down to this: the two strips of a pair move at once, and
-would else change places for ever where they are neighbours."""
-FINISH = 1e-10
-"""A solution below the tolerance is brought here by Newton: loose ones are passing states."""
-
-
-@njit(**_EXACT)
-def prepare(strips, operator, linear, inverse, level):
-    """
-    Fill what `robust` needs of a lattice: its operator solved for the turn of the strips.
-
-    With the angle beta = alpha_geo + th between a strip's flow and its turned chord, the lattice
-    reads G = g0' + P' cos beta + Q' sin beta, where P' is small, and
-
-        inverse = Q'^-1 (n, n),   level = Q'^-1 (P', g0') (n, n + 1).
-
-    Strip theory (f < 1) is folded in; in the linear form beta = th, cos = 1 and sin = beta.
-    """
-    n = strips.shape[1]
-    q = np.empty((n, n))
-    right = np.empty((n, n + 1))
-    for k in range(n):
-        c = 1.0 if linear else strips[0, k] / strips[10, k]
-        s = 0.0 if linear else strips[1, k] / strips[10, k]
-        cs, sn = strips[8, k], -strips[9, k]
-        for j in range(n):
-            f = strips[3, j]
-            a, b = f * operator[j, k], f * operator[j, n + k]
-            if j == k and f < 1.0:
-                plate = (1.0 - f) * math.pi * strips[2, j]
-                a += plate * (strips[1, j] * cs + strips[0, j] * sn)
-                b += plate * (strips[0, j] * cs - strips[1, j] * sn)
-            right[j, k] = a * c - b * s
-            q[j, k] = b * c + a * s
-        right[k, n] = strips[3, k] * operator[k, 2 * n]
-    for k in range(n):
-        if strips[7, k] == 0.0:
-            q[k, :] = 0.0
-            right[k, :] = 0.0
-            q[k, k] = 1.0
-    inverse[:] = np.linalg.inv(q)
-    level[:] = np.dot(inverse, right)
-
-
-@njit(**_EXACT)
-def _strip(j, alpha, strips, linear, curve, out, value):
-    """
-    Fill `value` with sin beta, cos beta, q and their slopes over alpha for a strip on its curve.
-
-    On the curve the lattice has to carry q = pi c Ue tan(phi), phi from `potential_angle`, with
-    the chord turned by phi - alpha.
-    """
-    phi, rate = potential_angle(curve, alpha + strips[6, j], linear, out)
-    u, w, plate = strips[0, j], strips[1, j], math.pi * strips[2, j]
-    turn = rate - 1.0
-    the = phi - alpha
-    if linear:
-        value[0], value[3] = the + strips[5, j] - strips[4, j], turn
-        value[1], value[4] = 1.0, 0.0
-        value[2], value[5] = plate * u * phi, plate * u * rate
-        return
-    c, s = math.cos(the), math.sin(the)
-    ue, we = u * c - w * s, w * c + u * s
-    # beta = alpha_geo + the + shift, and (ue, we) / v are cosine and sine of alpha_geo + the.
-    cs, sn, v = strips[8, j], strips[9, j], strips[10, j]
-    value[0] = (we * cs + ue * sn) / v
-    value[1] = (ue * cs - we * sn) / v
-    value[3], value[4] = value[1] * turn, -value[0] * turn
-    sine = min(max(out[0] / TWO_PI, -0.999), 0.999)
-    tangent = sine / math.sqrt(1.0 - sine * sine)
-    value[2] = plate * ue * tangent
-    value[5] = plate * ((1.0 + tangent * tangent) * rate * ue - tangent * we * turn)
-
-
-@njit(**_SUM)
-def _imbalance(alpha, strips, linear, curves, polar_index, inverse, level, out, values, residual):
-    """Fill E = T q - sin beta - L cos beta - l0, (n,), and the strips' values; return max |E|."""
-    n = alpha.size
-    for j in range(n):
-        _strip(j, alpha[j], strips, linear, curves[polar_index[j]], out, values[j])
-    worst = 0.0
-    for j in range(n):
-        e = -level[j, n] - values[j, 0]
-        for k in range(n):
-            e += inverse[j, k] * values[k, 2] - level[j, k] * values[k, 1]
-        if strips[7, j] == 0.0:
-            e = 0.0
-        residual[j] = e
-        worst = max(worst, abs(e))
-    return worst
-
-
-STEEPEST = 2.5
-"""No strip's own balance is steeper: a step of its value over this cannot miss a root."""
-SMALLEST_STEP = math.radians(0.25)
-
-
-@njit(**_SUM)
-def _first_root(j, alpha, rest, strips, linear, curve, inverse, level, out, value):
-    """
-    Return the root of strip j's own balance met first going downhill from alpha.
-
-    rest : what the other strips add. `value` (6,) is left at the root.
-    """
-    t, small = inverse[j, j], level[j, j]
-    _strip(j, alpha, strips, linear, curve, out, value)
-    at = t * value[2] - value[0] - small * value[1] + rest
-    if at == 0.0:
-        return alpha
-    sign = math.copysign(1.0, at)
-    low, at_low = alpha, at
-    for _ in range(400):
-        slope = t * value[5] - value[3] - small * value[4]
-        step = max(abs(at_low) / STEEPEST, SMALLEST_STEP)
-        if slope > 0.3 and abs(at_low) / slope < 0.05:
-            step = abs(at_low) / slope * 1.02
-        high = low - sign * step
-        _strip(j, high, strips, linear, curve, out, value)
-        at_high = t * value[2] - value[0] - small * value[1] + rest
-        if at_high * sign <= 0.0:
-            middle = high
-            for _ in range(60):
-                if abs(at_high - at_low) < 1e-300:
-                    break
-                share = min(max(at_low / (at_low - at_high), 0.02), 0.98)
-                middle = low + (high - low) * share
-                _strip(j, middle, strips, linear, curve, out, value)
-                at = t * value[2] - value[0] - small * value[1] + rest
-                if abs(at) < 1e-8:
-                    break
-                if at * sign <= 0.0:
-                    high, at_high = middle, at
-                else:
-                    low, at_low = middle, at
-            return middle
-        low, at_low = high, at_high
-    return low
-
-
-@njit(**_SUM)
-def _rest(j, inverse, level, values):
-    """Return what all other strips add to strip j's balance."""
-    n = values.shape[0]
-    rest = -level[j, n]
-    for k in range(n):
-        rest += inverse[j, k] * values[k, 2] - level[j, k] * values[k, 1]
-    return rest - inverse[j, j] * values[j, 2] + level[j, j] * values[j, 1]
-
-
-@njit(**_SUM)
-def robust(delta, strips, operator, inverse, level, linear, curves, polar_index, mirror, tolerance,
-           limit, alpha, circulation, speed, residual, history):
-    """
-    Solve the local closure from the given delta; return the iterations used.
-
-    The unknowns are the angles at which the sections work, every strip on its own curve
-    throughout; what is left is the lattice's balance E, see `_imbalance`. Newton is tried and
-    kept if it halves E; else Gauss-Seidel sweeps, each strip to the first root of its
-    own balance met going downhill, together with its mirror image, or symmetric flow would grow
-    a rolling moment. inverse, level : see `prepare`; tolerance on max |cl - cl_visc|; the other
-    arguments as for `newton` and `relaxation`.
-    """
-    n = delta.size
-    values, trial_values = np.empty((n, 6)), np.empty((n, 6))
-    force, trial_force = np.empty(n), np.empty(n)
-    out = np.empty(4)
-    jacobian = np.empty((n, n))
-    operating_points(delta, strips, operator, linear, alpha, circulation, speed)
-    local_residual(strips, curves, polar_index, alpha, circulation, speed, residual)
-    history[0] = np.abs(residual).max()
-    current = alpha.copy()
-    worst = _imbalance(
-        current, strips, linear, curves, polar_index, inverse, level, out, values, force)
-    best = worst
-    sweeps = 1
-    damping = 1.0
-    forward = True
-    iterations = 0
-    while worst > FINISH and iterations < limit:
-        iterations += 1
-        for j in range(n):
-            for k in range(n):
-                jacobian[j, k] = inverse[j, k] * values[k, 5] - level[j, k] * values[k, 4]
-            jacobian[j, j] -= values[j, 3]
-            if strips[7, j] == 0.0:
-                jacobian[j, :] = 0.0
-                jacobian[j, j] = 1.0
-        step = np.linalg.solve(jacobian, -force)
-        if np.abs(step).max() < LARGEST_STEP:
-            trial = current + step
-            new = _imbalance(trial, strips, linear, curves, polar_index, inverse, level, out,
-                             trial_values, trial_force)
-            if new <= 0.5 * worst:
-                current, worst = trial, new
-                values, trial_values = trial_values, values
-                force, trial_force = trial_force, force
-                history[iterations] = worst
-                continue
-        if worst < 1e-3 * tolerance:    # round-off: no better to be had
-            break
-        for _ in range(sweeps):
-            for i in range(n):
-                j = i if forward else n - 1 - i
-                m = mirror[j]
-                if m < j or strips[7, j] == 0.0:
-                    continue
-                here, there = _rest(j, inverse, level, values), _rest(m, inverse, level, values)
-                root = _first_root(j, current[j], here, strips, linear, curves[polar_index[j]],
-                                   inverse, level, out, values[j])
-                current[j] += damping * (root - current[j])
-                if m != j:
-                    root = _first_root(
-                        m, current[m], there, strips, linear, curves[polar_index[m]], inverse,
-                        level, out, values[m])
-                    current[m] += damping * (root - current[m])
-                if damping < 1.0:
-                    _strip(j, current[j], strips, linear, curves[polar_index[j]], out, values[j])
-                    _strip(m, current[m], strips, linear, curves[polar_index[m]], out, values[m])
-            forward = not forward
-        worst = _imbalance(
-            current, strips, linear, curves, polar_index, inverse, level, out, values, force)
-        history[iterations] = worst
-        if worst < 0.7 * best:
-            best = worst
-            sweeps = 1
-            damping = 1.0
-        else:
-            sweeps = min(2 * sweeps, MOST_SWEEPS)
-            damping = max(0.8 * damping, LEAST_DAMPING)
-    for j in range(n):
-        if strips[7, j] != 0.0:
-            phi = potential_angle(
-                curves[polar_index[j]], current[j] + strips[6, j], linear, out)[0]
-            delta[j] = wrap(phi - current[j] + strips[5, j])
-    operating_points(delta, strips, operator, linear, alpha, circulation, speed)
-    local_residual(strips, curves, polar_index, alpha, circulation, speed, residual)
-    history[iterations] = np.abs(residual).max()
     return iterations

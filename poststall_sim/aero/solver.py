@@ -3,52 +3,48 @@
 """
 Aerodynamics of one instant and of one step: the only place that orders the parts.
 
-`build` makes a `Model` once; `steady` and `advance` use it and change nothing in it. Both find
-the decambering from a steady problem at the present onset: in the march each surface with its
-own straight wake plus the wash of the other surfaces and their wakes as they are. Taking it
-from the bound matrix alone, with the wake held, looks natural and flutters past stall: within
-one step the lattice answers a change of decambering with a fraction of its final lift only.
+`steady` and `advance` use a `Model` and change nothing in it. Both find the decambering from a
+steady problem at the present onset: in the march each surface with its own straight wake plus
+the wash of the other surfaces and their wakes as they are. Taking it from the bound matrix
+alone, with the wake held, looks natural and flutters past stall: within one step the lattice
+answers a change of decambering with a fraction of its final lift only.
 """
 
 import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve
+from scipy.linalg import lu_solve
 
-from poststall_sim.aero import loads, schemes
+from poststall_sim.aero import loads
 from poststall_sim.aero import wake as wakes
-from poststall_sim.aero.decambering import (
-    AngleForm,
-    Closure,
-    alpha_slopes,
-    nonlocal_jacobian,
-    nonlocal_residual,
-    operating_points,
-    strip_operator,
-)
 from poststall_sim.aero.model import (
     Model,
     Onset,
     StripResponse,
-    far_normalwash,
     far_rings,
     influence,
     own_response,
     wake_direction,
 )
+from poststall_sim.aero.operating import (
+    NO_PATH,
+    Boundary,
+    Operating,
+    boundary_condition,
+    decamber,
+    lattice_operator,
+    normalwash,
+    steady_problem,
+    with_strip_theory,
+)
 from poststall_sim.aero.polars import sections
-from poststall_sim.aero.schemes import Scheme, Start
 from poststall_sim.aero.wake import Placement, Wake
 from poststall_sim.frames import FloatArray
 from poststall_sim.state import Status, Strips
 
-FADE_BEGIN, FADE_END = math.cos(math.radians(60.0)), math.cos(math.radians(75.0))
-"""A strip whose flow leaves the chord by more fades from the lattice into strip theory."""
 REFRESH_ANGLE = math.radians(0.5)
 """The strip operator is made anew when the onset has turned by more."""
-SLOWEST_SHARE, SLOWEST_SPEED = 0.05, 0.5
-"""A strip below this share of the airspeed, or of 0.5 m/s, keeps its decambering."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,14 +52,16 @@ class FlowState:
     """
     What the flow remembers from step to step.
 
-    circulation, previous : (p,) of this step and the one before; shed : (n,) what the trailing
-    edges leave to the next row; delta : (n,) [rad]; steps : since the start, the order of
-    dG/dt builds up with it.
+    circulation, previous : (p,) of this step and the one before; bare, previous_bare : (p,) those
+    of the undeflected lattice without a wake; shed : (n,) what the trailing edges leave to the
+    next row; delta : (n,) [rad]; steps : since the start, the order of dG/dt builds up with it.
     """
 
     wake: Wake
     circulation: FloatArray
     previous: FloatArray
+    bare: FloatArray
+    previous_bare: FloatArray
     shed: FloatArray
     delta: FloatArray
     response: StripResponse
@@ -88,145 +86,7 @@ class AeroResult:
     history: FloatArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Boundary:
-    """
-    The onset at the lattice with controls set.
-
-    level, turned (p,) : w = level cos th + turned sin th; strips (11, n) : see
-    `operating_points`; fade (n,).
-    """
-
-    level: FloatArray
-    turned: FloatArray
-    strips: FloatArray
-
-    @property
-    def fade(self) -> FloatArray:
-        return self.strips[3]
-
-
-def _boundary(model: Model, onset: Onset, deflections: FloatArray) -> _Boundary:
-    lattice = model.lattice
-    velocity = onset.at(model.collocation_arm)
-    level = np.einsum('ij,ij->i', velocity, lattice.normal)
-    turned = np.einsum('ij,ij->i', velocity, lattice.tangent)
-    turn = deflections @ lattice.flap_angle
-    shift = deflections @ lattice.flap_shift
-    cosine, sine = np.cos(turn), np.sin(turn)
-    strips = np.empty((11, lattice.strips))
-    at_strips = onset.at(model.quarter_arm)
-    strips[0] = np.einsum('ij,ij->i', at_strips, lattice.chord_axis)
-    strips[1] = np.einsum('ij,ij->i', at_strips, lattice.strip_normal)
-    speed = np.hypot(strips[0], strips[1])
-    along = strips[0] / np.maximum(speed, 1e-12)
-    ramp = np.clip((along - FADE_END) / (FADE_BEGIN - FADE_END), 0.0, 1.0)
-    strips[2] = lattice.strip_chord
-    strips[3] = ramp * ramp * (3.0 - 2.0 * ramp)
-    strips[4] = lattice.zero_lift
-    strips[5] = lattice.zero_lift - shift
-    strips[6] = shift
-    strips[8], strips[9] = np.cos(-shift), np.sin(-shift)
-    strips[10] = np.maximum(speed, 1e-12)
-    airspeed = float(np.linalg.norm(onset.velocity_G))
-    strips[7] = speed > SLOWEST_SHARE * max(airspeed, SLOWEST_SPEED)
-    if model.settings.angle_form is AngleForm.LINEAR:
-        # w = V (alpha + theta), V that of a stream along x at zero incidence.
-        stream = airspeed * lattice.tangent[:, 0]
-        strips[0], strips[1], strips[3] = airspeed * lattice.chord_axis[:, 0], 0.0, 1.0
-        return _Boundary(stream * (np.arctan2(level, turned) + turn), stream, strips)
-    return _Boundary(level * cosine + turned * sine, turned * cosine - level * sine, strips)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Operating:
-    """Converged (or best) decambering and operating points of all strips."""
-
-    delta: FloatArray
-    alpha: FloatArray
-    circulation: FloatArray
-    speed: FloatArray
-    residual: FloatArray
-    iterations: int
-    history: FloatArray
-
-
-def _decamber(model: Model, boundary: _Boundary, operator: FloatArray,
-              start: FloatArray, path: FloatArray) -> _Operating:
-    """
-    Return the operating points by the closure in the settings.
-
-    operator (n, 2 n + 1) : see `operating_points`; start (n,) : delta where Start.GIVEN begins;
-    path (k, 2 n) : filled with the points (alpha, cl) of the first k iterates of schemes A to D.
-    """
-    lattice, settings = model.lattice, model.settings
-    n = lattice.strips
-    linear = settings.angle_form is AngleForm.LINEAR
-    alpha, circulation, speed, residual = (np.zeros(n) for _ in range(4))
-    delta = np.array(start) if settings.start is Start.GIVEN else np.zeros(n)
-    curves = (lattice.curves, lattice.polar_index)
-    found = (alpha, circulation, speed, residual)
-    history = np.zeros(settings.limit + 1)
-    iterations = 0
-    if not settings.decambering:
-        delta[:] = 0.0
-        operating_points(delta, boundary.strips, operator, linear, alpha, circulation, speed)
-    elif settings.closure is Closure.NONLOCAL:
-        iterations = schemes.newton(
-            delta, boundary.strips, operator, linear, *curves, model.mean, settings.tolerance,
-            settings.limit, *found, history)
-    elif settings.scheme is Scheme.ROBUST:
-        inverse, level = np.empty((n, n)), np.empty((n, n + 1))
-        schemes.prepare(boundary.strips, operator, linear, inverse, level)
-        iterations = schemes.robust(
-            delta, boundary.strips, operator, inverse, level, linear, *curves, lattice.mirror,
-            settings.tolerance, settings.limit, *found, history)
-    else:
-        iterations = schemes.relaxation(
-            delta, boundary.strips, operator, linear, *curves,
-            model.trajectory[settings.scheme], settings.scheme is Scheme.C, settings.damping,
-            settings.start is Start.SCHEME_A,
-            lattice.mirror if settings.symmetric else np.arange(n),
-            settings.tolerance, settings.limit, *found, history, path)
-    return _Operating(delta, *found, iterations, history[:iterations + 1])
-
-
-def _operator(model: Model, boundary: _Boundary, response: FloatArray,
-              wash: FloatArray) -> FloatArray:
-    """Return the map (n, 2 n + 1) from decambering to circulation, see `operating_points`."""
-    n = model.lattice.strips
-    operator = np.empty((n, 2 * n + 1))
-    strip_operator(response, boundary.level, boundary.turned, wash, model.lattice.panel_strip,
-                   operator)
-    return operator
-
-
-def _normalwash(model: Model, boundary: _Boundary, delta: FloatArray) -> FloatArray:
-    """Return the onset's normalwash w (p,) on panels turned by delta, controls and camber."""
-    theta = (delta - model.lattice.zero_lift)[model.lattice.panel_strip]
-    if model.settings.angle_form is AngleForm.LINEAR:
-        return boundary.level + boundary.turned * theta
-    return boundary.level * np.cos(theta) + boundary.turned * np.sin(theta)
-
-
-def _strip_theory(model: Model, boundary: _Boundary, delta: FloatArray,
-                  circulation: FloatArray) -> FloatArray:
-    """
-    Return circulation (p,) with faded strips brought to that of their section alone.
-
-    A plate at theta in a stream U, W carries G = pi c (W cos theta + U sin theta).
-    """
-    u, w, chord, fade, _, zero = boundary.strips[:6]
-    if np.all(fade == 1.0):
-        return circulation
-    theta = delta - zero
-    plate = math.pi * chord * (w * np.cos(theta) + u * np.sin(theta))
-    strip = model.lattice.panel_strip
-    return fade[strip] * circulation \
-        + ((1.0 - fade) * plate)[strip] * model.lattice.panel_share
-
-
-def _result(model: Model, onset: Onset, boundary: _Boundary, operating: _Operating,
+def _result(model: Model, onset: Onset, boundary: Boundary, operating: Operating,
             circulation: FloatArray, row: FloatArray, induced: FloatArray, density: float,
             rate: FloatArray | None) -> AeroResult:
     """
@@ -273,37 +133,6 @@ def _result(model: Model, onset: Onset, boundary: _Boundary, operating: _Operati
         history=operating.history)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SteadyProblem:
-    """
-    The decambering of one steady onset, before it is solved.
-
-    strips (11, n), operator (n, 2 n + 1) : see `operating_points`; factors : of the steady matrix;
-    direction (3,) of the straight wake.
-    """
-
-    boundary: _Boundary
-    operator: FloatArray
-    factors: tuple
-    direction: FloatArray
-
-
-def steady_problem(model: Model, onset: Onset, deflections: FloatArray) -> SteadyProblem:
-    """Return the decambering problem of all surfaces and their straight wakes at once."""
-    direction = wake_direction(onset.velocity_G)
-    far = far_normalwash(model.lattice, direction)
-    # A value that is not finite goes through to the status; a step never raises.
-    factors = lu_factor(model.bound + far @ model.te_rows, check_finite=False)
-    response = lu_solve(factors, model.te_rows.T, trans=1, check_finite=False).T
-    boundary = _boundary(model, onset, deflections)
-    operator = _operator(
-        model, boundary, np.ascontiguousarray(response), np.zeros(model.lattice.panels))
-    return SteadyProblem(boundary, operator, factors, direction)
-
-
-NO_PATH = np.empty((0, 0))
-
-
 def steady(model: Model, onset: Onset, deflections: FloatArray, *, density: float,
            delta0: FloatArray | None = None, path: FloatArray = NO_PATH) -> AeroResult:
     """
@@ -317,48 +146,16 @@ def steady(model: Model, onset: Onset, deflections: FloatArray, *, density: floa
     problem = steady_problem(model, onset, deflections)
     boundary = problem.boundary
     start = np.zeros(lattice.strips) if delta0 is None else delta0
-    operating = _decamber(model, boundary, problem.operator, start, path)
+    operating = decamber(model, boundary, problem.operator, start, path)
     circulation = -lu_solve(
-        problem.factors, _normalwash(model, boundary, operating.delta), check_finite=False)
-    circulation = _strip_theory(model, boundary, operating.delta, circulation)
+        problem.factors, normalwash(model, boundary, operating.delta), check_finite=False)
+    circulation = with_strip_theory(model, boundary, operating.delta, circulation)
     edge_owner = lattice.strip_surface[lattice.edge_strip[:, 0]]
     at_edges = influence(lattice, lattice.edge_middle, edge_owner,
                          far_rings(lattice, problem.direction), lattice.strip_surface)
     row = circulation[lattice.te_panel]
     return _result(model, onset, boundary, operating, circulation, row,
                    np.einsum('ijk,j->ik', at_edges, row), density, None)
-
-
-def uniqueness(model: Model, problem: SteadyProblem, delta: FloatArray) -> float:
-    """
-    Return how far a solution stands from a fold: below 0 it may not be the only one.
-
-    Non-local closure: min Re eig(dF/d delta). Local closure: min Re eig(I + W diag(a_v)) with W
-    the induced angles and a_v the slopes of the sections' curves; below 0 no relaxation,
-    however damped, stays there.
-    """
-    lattice, n = model.lattice, model.lattice.strips
-    strips = problem.boundary.strips
-    linear = model.settings.angle_form is AngleForm.LINEAR
-    alpha, circulation, speed, residual = (np.empty(n) for _ in range(4))
-    slope, jacobian = np.empty((n, n)), np.empty((n, n))
-    operating_points(delta, strips, problem.operator, linear, alpha, circulation, speed)
-    alpha_slopes(delta, strips, problem.operator, linear, circulation, speed, slope)
-    if model.settings.closure is Closure.NONLOCAL:
-        change = np.empty(n)
-        nonlocal_residual(delta, strips, linear, lattice.curves, lattice.polar_index, model.mean,
-                          alpha, residual, change)
-        nonlocal_jacobian(strips, model.mean, change, slope, jacobian)
-    else:
-        values = np.empty((n, 4))
-        sections(lattice.curves, lattice.polar_index, alpha + strips[6], values)
-        ratio = 0.0 if linear else np.clip(values[:, 0] / schemes.TWO_PI, -0.999, 0.999)
-        rate = values[:, 3] / np.sqrt(1.0 - ratio ** 2)
-        induced = -np.linalg.solve((np.eye(n) + slope).T, slope.T).T / schemes.TWO_PI
-        jacobian = np.eye(n) + induced * rate
-    if not np.isfinite(jacobian).all():
-        return math.nan
-    return float(np.linalg.eigvals(jacobian).real.min())
 
 
 def start(model: Model, onset: Onset, placement: Placement, deflections: FloatArray, *,
@@ -372,7 +169,9 @@ def start(model: Model, onset: Onset, placement: Placement, deflections: FloatAr
     """
     lattice = model.lattice
     result = steady(model, onset, deflections, density=density, delta0=delta0)
-    fade = _boundary(model, onset, deflections).fade
+    boundary = boundary_condition(model, onset, deflections)
+    fade = boundary.fade
+    bare = -model.bound_inverse @ boundary.level
     speed = float(np.linalg.norm(onset.velocity_G))
     step = max(speed * dt, 0.02 * float(lattice.strip_chord.min()))
     rows = max(2, math.ceil(model.wake_length / step))
@@ -381,9 +180,9 @@ def start(model: Model, onset: Onset, placement: Placement, deflections: FloatAr
     strength = np.zeros(lattice.strips) if at_rest else shed
     wake = wakes.straight(lattice, placement, step * direction, rows, strength)
     return FlowState(
-        wake=wake, circulation=result.circulation, previous=result.circulation, shed=strength,
-        delta=result.strips.delta, response=own_response(model, direction),
-        steps=0 if at_rest else 2), result
+        wake=wake, circulation=result.circulation, previous=result.circulation, bare=bare,
+        previous_bare=bare, shed=strength, delta=result.strips.delta,
+        response=own_response(model, direction), steps=0 if at_rest else 2), result
 
 
 def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
@@ -413,26 +212,36 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
     direction = wake_direction(onset.velocity_G)
     if direction @ response.direction < math.cos(REFRESH_ANGLE):
         response = own_response(model, direction)
-    boundary = _boundary(model, onset, deflections)
+    boundary = boundary_condition(model, onset, deflections)
     wash = model.crossing @ flow.circulation + np.einsum('ij,ij->i', foreign, lattice.normal)
-    operating = _decamber(model, boundary, _operator(model, boundary, response.response, wash),
-                          flow.delta, NO_PATH)
+    operator = lattice_operator(model, boundary, response.response, wash)
+    operating = decamber(model, boundary, operator, flow.delta, NO_PATH)
 
-    normalwash = _normalwash(model, boundary, operating.delta) \
+    wash = normalwash(model, boundary, operating.delta) \
         + np.einsum('ij,ij->i', everything, lattice.normal)
-    circulation = _strip_theory(
-        model, boundary, operating.delta, -model.bound_inverse @ normalwash)
-    if flow.steps == 0:
-        rate = np.zeros(lattice.panels)
-    elif flow.steps == 1:
-        rate = (circulation - flow.circulation) / dt
-    else:
-        rate = (3.0 * circulation - 4.0 * flow.circulation + flow.previous) / (2.0 * dt)
+    circulation = with_strip_theory(
+        model, boundary, operating.delta, -model.bound_inverse @ wash)
+    # A faded strip has the circulation of strip theory, which in reversed flow answers the
+    # normalwash with the other sign; the air that the plate carries along does not.
+    bare = -model.bound_inverse @ boundary.level
+    fade = boundary.fade[lattice.panel_strip]
+    rate = fade * _rate(circulation, flow.circulation, flow.previous, flow.steps, dt) \
+        + (1.0 - fade) * _rate(bare, flow.bare, flow.previous_bare, flow.steps, dt)
     at_te = circulation[lattice.te_panel]
     row = wake.circulation[0] + (1.0 - boundary.fade) * at_te
     result = _result(
         model, onset, boundary, operating, circulation, row, at_edges, density, rate)
     return FlowState(
-        wake=wake, circulation=circulation, previous=flow.circulation,
-        shed=boundary.fade * at_te, delta=operating.delta, response=response,
-        steps=flow.steps + 1), result
+        wake=wake, circulation=circulation, previous=flow.circulation, bare=bare,
+        previous_bare=flow.bare, shed=boundary.fade * at_te, delta=operating.delta,
+        response=response, steps=flow.steps + 1), result
+
+
+def _rate(new: FloatArray, old: FloatArray, older: FloatArray, steps: int,
+          dt: float) -> FloatArray:
+    """Return d/dt by backward differences, of the order that the steps so far allow."""
+    if steps == 0:
+        return np.zeros_like(new)
+    if steps == 1:
+        return (new - old) / dt
+    return (3.0 * new - 4.0 * old + older) / (2.0 * dt)

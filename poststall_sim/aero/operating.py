@@ -1,0 +1,231 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""From an onset to the operating points of all strips: boundary, operator, decambering."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import lu_factor, lu_solve
+
+from poststall_sim.aero import robust, schemes
+from poststall_sim.aero.decambering import (
+    TWO_PI,
+    AngleForm,
+    Closure,
+    alpha_slopes,
+    nonlocal_jacobian,
+    nonlocal_residual,
+    operating_points,
+    strip_operator,
+)
+from poststall_sim.aero.model import Model, Onset, far_normalwash, wake_direction
+from poststall_sim.aero.polars import sections
+from poststall_sim.aero.schemes import Scheme, Start
+from poststall_sim.frames import FloatArray
+
+FADE_BEGIN, FADE_END = math.cos(math.radians(60.0)), math.cos(math.radians(75.0))
+"""A strip whose flow leaves the chord by more fades from the lattice into strip theory."""
+SLOWEST_SHARE, SLOWEST_SPEED = 0.05, 0.5
+"""A strip below this share of the airspeed, or of 0.5 m/s, keeps its decambering."""
+NO_PATH = np.empty((0, 0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Boundary:
+    """
+    The onset at the lattice with controls set.
+
+    level, turned (p,) : w = level cos th + turned sin th; strips (11, n) : see
+    `operating_points`; fade (n,).
+    """
+
+    level: FloatArray
+    turned: FloatArray
+    strips: FloatArray
+
+    @property
+    def fade(self) -> FloatArray:
+        """Share of the lattice in each strip, against strip theory (n,)."""
+        return self.strips[3]
+
+
+def boundary_condition(model: Model, onset: Onset, deflections: FloatArray) -> Boundary:
+    """Return the onset of a lattice with its controls deflected (controls,) [rad]."""
+    lattice = model.lattice
+    velocity = onset.at(model.collocation_arm)
+    level = np.einsum('ij,ij->i', velocity, lattice.normal)
+    turned = np.einsum('ij,ij->i', velocity, lattice.tangent)
+    turn = deflections @ lattice.flap_angle
+    shift = deflections @ lattice.flap_shift
+    cosine, sine = np.cos(turn), np.sin(turn)
+    strips = np.empty((11, lattice.strips))
+    at_strips = onset.at(model.quarter_arm)
+    strips[0] = np.einsum('ij,ij->i', at_strips, lattice.chord_axis)
+    strips[1] = np.einsum('ij,ij->i', at_strips, lattice.strip_normal)
+    speed = np.hypot(strips[0], strips[1])
+    along = strips[0] / np.maximum(speed, 1e-12)
+    ramp = np.clip((along - FADE_END) / (FADE_BEGIN - FADE_END), 0.0, 1.0)
+    strips[2] = lattice.strip_chord
+    strips[3] = ramp * ramp * (3.0 - 2.0 * ramp)
+    strips[4] = lattice.zero_lift
+    strips[5] = lattice.zero_lift - shift
+    strips[6] = shift
+    strips[8], strips[9] = np.cos(-shift), np.sin(-shift)
+    strips[10] = np.maximum(speed, 1e-12)
+    airspeed = float(np.linalg.norm(onset.velocity_G))
+    strips[7] = speed > SLOWEST_SHARE * max(airspeed, SLOWEST_SPEED)
+    if model.settings.angle_form is AngleForm.LINEAR:
+        # w = V (alpha + theta), V that of a stream along x at zero incidence.
+        stream = airspeed * lattice.tangent[:, 0]
+        strips[0], strips[1], strips[3] = airspeed * lattice.chord_axis[:, 0], 0.0, 1.0
+        return Boundary(stream * (np.arctan2(level, turned) + turn), stream, strips)
+    return Boundary(level * cosine + turned * sine, turned * cosine - level * sine, strips)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Operating:
+    """Converged (or best) decambering and operating points of all strips."""
+
+    delta: FloatArray
+    alpha: FloatArray
+    circulation: FloatArray
+    speed: FloatArray
+    residual: FloatArray
+    iterations: int
+    history: FloatArray
+
+
+def decamber(model: Model, boundary: Boundary, operator: FloatArray,
+              start: FloatArray, path: FloatArray) -> Operating:
+    """
+    Return the operating points by the closure in the settings.
+
+    operator (n, 2 n + 1) : see `operating_points`; start (n,) : delta where Start.GIVEN begins;
+    path (k, 2 n) : filled with the points (alpha, cl) of the first k iterates of schemes A to D.
+    """
+    lattice, settings = model.lattice, model.settings
+    n = lattice.strips
+    linear = settings.angle_form is AngleForm.LINEAR
+    alpha, circulation, speed, residual = (np.zeros(n) for _ in range(4))
+    delta = np.array(start) if settings.start is Start.GIVEN else np.zeros(n)
+    curves = (lattice.curves, lattice.polar_index)
+    found = (alpha, circulation, speed, residual)
+    history = np.zeros(settings.limit + 1)
+    iterations = 0
+    if not settings.decambering:
+        delta[:] = 0.0
+        operating_points(delta, boundary.strips, operator, linear, alpha, circulation, speed)
+    elif settings.closure is Closure.NONLOCAL:
+        iterations = schemes.newton(
+            delta, boundary.strips, operator, linear, *curves, model.mean, settings.tolerance,
+            settings.limit, *found, history)
+    elif settings.scheme is Scheme.ROBUST:
+        inverse, level = np.empty((n, n)), np.empty((n, n + 1))
+        robust.prepare(boundary.strips, operator, linear, inverse, level)
+        iterations = robust.robust(
+            delta, boundary.strips, operator, inverse, level, linear, *curves, lattice.mirror,
+            settings.tolerance, settings.limit, *found, history)
+    else:
+        iterations = schemes.relaxation(
+            delta, boundary.strips, operator, linear, *curves,
+            model.trajectory[settings.scheme], settings.scheme is Scheme.C, settings.damping,
+            settings.start is Start.SCHEME_A,
+            lattice.mirror if settings.symmetric else np.arange(n),
+            settings.tolerance, settings.limit, *found, history, path)
+    return Operating(delta, *found, iterations, history[:iterations + 1])
+
+
+def lattice_operator(model: Model, boundary: Boundary, response: FloatArray,
+              wash: FloatArray) -> FloatArray:
+    """Return the map (n, 2 n + 1) from decambering to circulation, see `operating_points`."""
+    n = model.lattice.strips
+    operator = np.empty((n, 2 * n + 1))
+    strip_operator(response, boundary.level, boundary.turned, wash, model.lattice.panel_strip,
+                   operator)
+    return operator
+
+
+def normalwash(model: Model, boundary: Boundary, delta: FloatArray) -> FloatArray:
+    """Return the onset's normalwash w (p,) on panels turned by delta, controls and camber."""
+    theta = (delta - model.lattice.zero_lift)[model.lattice.panel_strip]
+    if model.settings.angle_form is AngleForm.LINEAR:
+        return boundary.level + boundary.turned * theta
+    return boundary.level * np.cos(theta) + boundary.turned * np.sin(theta)
+
+
+def with_strip_theory(model: Model, boundary: Boundary, delta: FloatArray,
+                  circulation: FloatArray) -> FloatArray:
+    """
+    Return circulation (p,) with faded strips brought to that of their section alone.
+
+    A plate at theta in a stream U, W carries G = pi c (W cos theta + U sin theta).
+    """
+    u, w, chord, fade, _, zero = boundary.strips[:6]
+    if np.all(fade == 1.0):
+        return circulation
+    theta = delta - zero
+    plate = math.pi * chord * (w * np.cos(theta) + u * np.sin(theta))
+    strip = model.lattice.panel_strip
+    return fade[strip] * circulation \
+        + ((1.0 - fade) * plate)[strip] * model.lattice.panel_share
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SteadyProblem:
+    """
+    The decambering of one steady onset, before it is solved.
+
+    strips (11, n), operator (n, 2 n + 1) : see `operating_points`; factors : of the steady matrix;
+    direction (3,) of the straight wake.
+    """
+
+    boundary: Boundary
+    operator: FloatArray
+    factors: tuple
+    direction: FloatArray
+
+
+def steady_problem(model: Model, onset: Onset, deflections: FloatArray) -> SteadyProblem:
+    """Return the decambering problem of all surfaces and their straight wakes at once."""
+    direction = wake_direction(onset.velocity_G)
+    far = far_normalwash(model.lattice, direction)
+    # A value that is not finite goes through to the status; a step never raises.
+    factors = lu_factor(model.bound + far @ model.te_rows, check_finite=False)
+    response = lu_solve(factors, model.te_rows.T, trans=1, check_finite=False).T
+    boundary = boundary_condition(model, onset, deflections)
+    operator = lattice_operator(
+        model, boundary, np.ascontiguousarray(response), np.zeros(model.lattice.panels))
+    return SteadyProblem(boundary, operator, factors, direction)
+
+
+def uniqueness(model: Model, problem: SteadyProblem, delta: FloatArray) -> float:
+    """
+    Return how far a solution stands from a fold: below 0 it may not be the only one.
+
+    Non-local closure: min Re eig(dF/d delta). Local closure: min Re eig(I + W diag(a_v)) with W
+    the induced angles and a_v the slopes of the sections' curves; below 0 no relaxation,
+    however damped, stays there.
+    """
+    lattice, n = model.lattice, model.lattice.strips
+    strips = problem.boundary.strips
+    linear = model.settings.angle_form is AngleForm.LINEAR
+    alpha, circulation, speed, residual = (np.empty(n) for _ in range(4))
+    slope, jacobian = np.empty((n, n)), np.empty((n, n))
+    operating_points(delta, strips, problem.operator, linear, alpha, circulation, speed)
+    alpha_slopes(delta, strips, problem.operator, linear, circulation, speed, slope)
+    if model.settings.closure is Closure.NONLOCAL:
+        change = np.empty(n)
+        nonlocal_residual(delta, strips, linear, lattice.curves, lattice.polar_index, model.mean,
+                          alpha, residual, change)
+        nonlocal_jacobian(strips, model.mean, change, slope, jacobian)
+    else:
+        values = np.empty((n, 4))
+        sections(lattice.curves, lattice.polar_index, alpha + strips[6], values)
+        ratio = 0.0 if linear else np.clip(values[:, 0] / TWO_PI, -0.999, 0.999)
+        rate = values[:, 3] / np.sqrt(1.0 - ratio ** 2)
+        induced = -np.linalg.solve((np.eye(n) + slope).T, slope.T).T / TWO_PI
+        jacobian = np.eye(n) + induced * rate
+    if not np.isfinite(jacobian).all():
+        return math.nan
+    return float(np.linalg.eigvals(jacobian).real.min())
