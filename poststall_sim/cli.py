@@ -1,0 +1,288 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The command `poststall`: polars, trims, flights and figures without a ROS graph.
+
+Angles are in degrees here, on the way in and out. Exit codes: 0 a result, 1 none (no trim, not
+converged, diverged), 2 bad input, said in one line on stderr.
+"""
+
+import argparse
+import json
+import math
+import os
+import sys
+import threading
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from poststall_sim import __version__, options
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command line and return its exit code."""
+    arguments = options.parse(sys.argv[1:] if argv is None else argv)
+    from poststall_sim.aircraft import ConfigError
+    from poststall_sim.jobs import NoResultError
+    try:
+        return _COMMANDS[arguments.command](arguments)
+    except NoResultError as error:
+        _complain(error)
+        return 1
+    except BrokenPipeError:   # the reader, `head` perhaps, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except KeyboardInterrupt:
+        _complain('interrupted')
+        return 130
+    except (ConfigError, ImportError, OSError) as error:
+        _complain(error)
+        return 2
+
+
+def _complain(what: object) -> None:
+    """Say in one line what is wrong."""
+    print('poststall: ' + ' '.join(str(what).split()), file=sys.stderr)
+
+
+def _polar(arguments: argparse.Namespace) -> int:
+    from poststall_sim import jobs
+    model = _model(arguments)
+    by_name = dict(arguments.deflect)
+    points = list(_watched(
+        jobs.polar(model, np.radians(arguments.alpha), beta=math.radians(arguments.beta),
+                   airspeed=arguments.airspeed, altitude=arguments.altitude,
+                   deflected=jobs.deflections(model, {
+                       name: math.radians(value) for name, value in by_name.items()})),
+        len(arguments.alpha), 'polar'))
+    result = {
+        **_head(arguments, model), 'axes': jobs.AXES, 'strip_axes': jobs.STRIP_AXES,
+        'airspeed_m_s': arguments.airspeed, 'altitude_m': arguments.altitude,
+        'deflections_deg': by_name, 'points': points}
+    _print_table(
+        ('alpha', 'CL', 'CD', 'CY', 'Cl', 'Cm', 'Cn', 'stalled', 'iterations', 'residual'),
+        ([f'{p["alpha_deg"]:z.2f}', *(f'{p[key]:z.4f}' for key in jobs.COEFFICIENTS),
+          f'{p["stalled_strips"]}/{len(p["strips"])}', str(p['iterations']),
+          f'{p["max_residual"]:.0e}' + ('' if p['status'] == 'converged' else '!')]
+         for p in points))
+    _write_json(arguments.json, result)
+    if arguments.plot:
+        from poststall_sim import plots
+        _drawn(plots.polar_figure(result, arguments.plot))
+    bad = [p for p in points if p['status'] != 'converged']
+    if len(bad) == len(points) or any(p['status'] == 'diverged' for p in bad):
+        raise jobs.NoResultError(f'{len(bad)} of {len(points)} points did not converge')
+    if bad:
+        _complain(f'{len(bad)} of {len(points)} points did not converge, marked with !')
+    return 0
+
+
+def _trim(arguments: argparse.Namespace) -> int:
+    from poststall_sim import jobs
+    from poststall_sim.aircraft import ConfigError
+    if arguments.airspeed is None and arguments.alpha is None:
+        raise ConfigError('trim needs --airspeed (powered), --alpha (glide) or both')
+    if arguments.airspeed and min(arguments.airspeed) <= 0.0:
+        raise ConfigError(f'airspeed must be above 0 m/s, got {min(arguments.airspeed):g}')
+    model = _model(arguments)
+    trims = []
+    if arguments.airspeed:
+        trims += _watched(
+            jobs.powered_trims(model, arguments.airspeed, altitude=arguments.altitude,
+                               climb_angle=math.radians(arguments.climb)),
+            len(arguments.airspeed), 'trim')
+    if arguments.alpha:
+        trims += _watched(
+            jobs.glides(model, np.radians(arguments.alpha), altitude=arguments.altitude),
+            len(arguments.alpha), 'glide')
+    result = {**_head(arguments, model), 'axes': jobs.AXES, 'altitude_m': arguments.altitude,
+              'trims': trims}
+    _print_table(
+        ('', 'V [m/s]', 'alpha', 'elevator', 'throttle', 'climb', 'sink [m/s]', 'residual', ''),
+        ([t['kind'], f'{t["airspeed_m_s"]:z.3f}', f'{t["alpha_deg"]:z.3f}',
+          f'{t["elevator_deg"]:z.3f}', f'{t["throttle"]:z.4f}', f'{t["climb_angle_deg"]:z.3f}',
+          f'{t["sink_rate_m_s"]:z.3f}', f'{t["residual"]:.0e}', t['message']] for t in trims))
+    _write_json(arguments.json, result)
+    if arguments.plot:
+        from poststall_sim import plots
+        _drawn(plots.trim_figure(result, arguments.plot))
+    if not any(t['trimmed'] for t in trims):
+        raise jobs.NoResultError(f'no trim: {trims[-1]["message"]}')
+    return 0
+
+
+def _fly(arguments: argparse.Namespace) -> int:
+    from poststall_sim import definition, jobs, simulation
+    from poststall_sim.aircraft import ConfigError
+    scenario = definition.scenario(
+        definition.find(definition.Kind.SCENARIO, arguments.scenario))
+    duration = arguments.duration or scenario.duration
+    airspeed = arguments.airspeed or scenario.airspeed
+    altitude = arguments.altitude or scenario.altitude
+    model = _model(arguments)   # refuses what is wrong with the definition
+    jobs.require_engine(model)
+    try:
+        with _patience():
+            flight = simulation.start(model.aircraft, model.settings, airspeed=airspeed,
+                                      altitude=altitude, wind_N=arguments.wind)
+    except ConfigError as error:
+        raise jobs.NoResultError(str(error)) from None
+    jobs.require_controls(flight, scenario)
+    with _recorder(arguments.record, flight) as recorder:
+        log = jobs.FlightLog(flight)   # from here on it counts the wall time
+        for snapshot in _watched(jobs.fly(flight, scenario, duration, recorder),
+                                 round(duration * 1e9 / flight.dt_ns), 'fly'):
+            log.add(snapshot)
+    summary = log.summary(flight)
+    deepest, bag = summary['deepest_stall'], arguments.record
+    _print_rows(f'{model.aircraft.name}, {scenario.name}: {summary["flown_s"]:.2f} s flown in '
+                f'{summary["wall_time_s"]:.2f} s', (
+        ('real-time factor', f'{summary["real_time_factor"]:.2f}'),
+        ('steps', f'{summary["steps"]} of {1e3 * summary["dt_s"]:g} ms'),
+        ('iterations', f'mean {summary["iterations_mean"]:.2f}, max '
+         f'{summary["iterations_max"]}; steps not converged: {summary["not_converged_steps"]}'),
+        ('largest residual', f'{summary["residual_max"]:.1e}'),
+        ('deepest stall', 'none' if not deepest['stalled_wing_strips'] else
+         f'{deepest["stalled_wing_strips"]} of {summary["wing_strips"]} wing strips at '
+         f'{deepest["time_s"]:.2f} s, alpha {deepest["alpha_deg"]:.1f} deg, '
+         f'CL {deepest["CL"]:.2f}'),
+        ('stalled at the end', f'{summary["stalled_strips_at_end"]} strips'),
+        ('altitude lost', f'{summary["altitude_lost_m"]:.1f} m'),
+        *([('bag', bag)] if bag else [])))
+    _write_json(arguments.json, {
+        **_head(arguments, model), 'scenario': scenario.name, 'airspeed_m_s': airspeed,
+        'altitude_m': altitude, 'wind_ned_m_s': arguments.wind.tolist(),
+        'bag': str(bag) if bag else None, 'summary': summary, 'series': log.series})
+    if flight.paused_reason:
+        if flight.paused_reason.startswith('diverged'):
+            raise jobs.NoResultError(flight.paused_reason)
+        _complain(f'the flight ended early: {flight.paused_reason}')
+    return 0
+
+
+def _plot(arguments: argparse.Namespace) -> int:
+    from poststall_sim import recording
+    from poststall_sim.aircraft import ConfigError
+    from poststall_sim.plots import bag as bags
+    from poststall_sim.plots import flight as figures
+    bag = arguments.bag
+    if not bag.exists():
+        raise ConfigError(f'there is no bag {bag}')
+    output = arguments.output or bag.resolve().with_name(f'{bag.resolve().name}_figures')
+    try:
+        flight = bags.flight_data(bag, _aircraft(arguments) if arguments.aircraft else None)
+        with _patience('drawing'):
+            drawn = figures.draw_flight(flight, output)
+    except recording.BagError as error:
+        raise ConfigError(str(error)) from None
+    for path in drawn:
+        _drawn(path)
+    for note in flight.notes:
+        _complain(note)
+    _write_json(arguments.json, {
+        'bag': str(bag), 'name': flight.name, 'figures': [str(path) for path in drawn],
+        'notes': list(flight.notes), 'flight': bags.extremes(flight)})
+    return 0
+
+
+_COMMANDS = {'polar': _polar, 'trim': _trim, 'fly': _fly, 'plot': _plot}
+
+
+def _aircraft(arguments: argparse.Namespace):
+    from poststall_sim import definition
+    return definition.aircraft(definition.find(definition.Kind.AIRCRAFT, arguments.aircraft))
+
+
+def _model(arguments: argparse.Namespace):
+    """Return the model that the options ask for."""
+    from poststall_sim.aero import solver
+    from poststall_sim.aero.decambering import Closure
+    given = {'chordwise': arguments.panels, 'ell': arguments.ell}
+    settings = solver.Settings(
+        closure=Closure[arguments.closure.upper()], decambering=not arguments.no_decambering,
+        **{key: value for key, value in given.items() if value is not None})
+    with _patience():
+        return solver.build(_aircraft(arguments), settings)
+
+
+def _head(arguments: argparse.Namespace, model) -> dict[str, Any]:
+    """Return what every result begins with: who made it, of what, how."""
+    reference, settings = model.aircraft.reference, model.settings
+    return {
+        'poststall_sim': __version__, 'aircraft': model.aircraft.name,
+        'reference': {'area_m2': reference.area, 'chord_m': reference.chord,
+                      'span_m': reference.span, 'cg_m': list(model.aircraft.mass.cg_G)},
+        'settings': {'panels': settings.chordwise, 'closure': settings.closure.name.lower(),
+                     'ell_chords': settings.ell, 'decambering': settings.decambering,
+                     'tolerance': settings.tolerance}}
+
+
+@contextmanager
+def _recorder(path: Path | None, flight) -> Iterator:
+    """Give a recorder of the flight, None without a path."""
+    if path is None:
+        yield None
+        return
+    from poststall_sim import recording
+    from poststall_sim.aircraft import ConfigError
+    try:
+        recorder = recording.FlightRecorder(path, flight)
+    except recording.BagError as error:
+        raise ConfigError(str(error)) from None
+    with recorder:
+        yield recorder
+
+
+@contextmanager
+def _patience(what: str = 'compiling the solver, once: up to a minute') -> Iterator[None]:
+    """Say what takes the time if the block takes more than two seconds."""
+    timer = threading.Timer(2.0, lambda: print(f'{what} ...', file=sys.stderr, flush=True))
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
+def _watched(items: Iterable, total: int, what: str) -> Iterator:
+    """Yield items behind a progress bar, shown on a terminal after two seconds."""
+    try:
+        from tqdm import tqdm
+    except ImportError:
+        yield from items
+        return
+    yield from tqdm(items, total=total, desc=what, delay=2.0, disable=None, leave=False)
+
+
+def _print_table(head: tuple[str, ...], rows: Iterable[list[str]]) -> None:
+    """Print columns of numbers, right-aligned; text, the first and last column, to the left."""
+    rows = [list(head), *rows]
+    widths = [max(len(row[k]) for row in rows) for k in range(len(head))]
+    for row in rows:
+        print('  '.join(cell.ljust(width) if not name else cell.rjust(width)
+                        for cell, width, name in zip(row, widths, head)).rstrip())
+
+
+def _print_rows(title: str, rows: Iterable[tuple[str, object]]) -> None:
+    print(title)
+    for name, value in rows:
+        print(f'  {name:<19} {value}')
+
+
+def _drawn(path: Path) -> None:
+    print(f'figure {path}')
+
+
+def _write_json(path: Path | None, result: dict[str, Any]) -> None:
+    if path is not None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(result, indent=1, allow_nan=False) + '\n')
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,267 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The jobs of the command line: polars, trims and flights as plain results.
+
+What is returned is what ``--json`` writes: dicts of numbers, angles in degrees, the unit in
+every key that has one. Lift and drag are in stability axes, side force and moments in body axes
+about the centre of gravity (roll right, nose up, nose right positive).
+"""
+
+import math
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from poststall_sim import topics
+from poststall_sim import trim as trims
+from poststall_sim.aero import solver
+from poststall_sim.aero.solver import AeroResult, Model, Onset
+from poststall_sim.aircraft import ConfigError
+from poststall_sim.atmosphere import standard_air
+from poststall_sim.frames import (
+    FloatArray,
+    body_to_geometry,
+    body_to_stability,
+    euler_from_quaternion,
+    geometry_to_body,
+    rotation,
+    velocity_from_flow_angles,
+)
+from poststall_sim.scenario import Scenario
+from poststall_sim.simulation import Flight
+from poststall_sim.state import Controls, Snapshot, Status
+from poststall_sim.trim import Trim
+
+AXES = 'CL, CD: stability axes; CY, Cl, Cm, Cn: body axes, moments about the centre of gravity'
+
+STRIP_AXES = 'y_m to the left as in base_link; alpha_deg where the section works'
+COEFFICIENTS = ('CL', 'CD', 'CY', 'Cl', 'Cm', 'Cn')
+
+Result = dict[str, Any]
+
+
+class NoResultError(RuntimeError):
+    """The input is good, but there is no solution: not trimmed, not converged, diverged."""
+
+
+def deflections(model: Model, by_name: Mapping[str, float]) -> FloatArray:
+    """Return deflections [rad] in the aircraft's order; unknown names and limits are refused."""
+    controls = {control.name: control for control in model.aircraft.controls}
+    for name, value in by_name.items():
+        if name not in controls:
+            raise ConfigError(f'{model.aircraft.name} has no control {name!r}, it has '
+                              f'{", ".join(controls) or "none"}')
+        low, high = controls[name].limits
+        if not low - 1e-12 <= value <= high + 1e-12:
+            raise ConfigError(f'{name} goes from {math.degrees(low):g} to {math.degrees(high):g} '
+                              f'deg, got {math.degrees(value):g}')
+    return np.array([by_name.get(name, 0.0) for name in controls], dtype=float)
+
+
+def polar(model: Model, alphas: Sequence[float], *, beta: float, airspeed: float,
+          altitude: float, deflected: FloatArray) -> Iterator[Result]:
+    """
+    Yield the steady loads at each angle of attack [rad].
+
+    Each starts from the decambering of the one before: past stall, where the closure may have
+    several solutions, the direction of the sweep chooses the branch.
+    """
+    density = standard_air(altitude).density
+    delta0 = None
+    for alpha in alphas:
+        onset = Onset(body_to_geometry(-velocity_from_flow_angles(airspeed, alpha, beta)),
+                      np.zeros(3))
+        aero = solver.steady(model, onset, deflected, density=density, delta0=delta0)
+        if aero.status is not Status.DIVERGED:
+            delta0 = aero.strips.delta
+        yield {'alpha_deg': round(math.degrees(alpha), 10), 'beta_deg': math.degrees(beta),
+               **coefficients(model, aero, alpha, 0.5 * density * airspeed ** 2),
+               **_how(aero), 'strips': strip_rows(model, aero)}
+
+
+def coefficients(model: Model, aero: AeroResult, alpha: float, pressure: float) -> Result:
+    """Return CL, CD, CY, Cl, Cm, Cn for a dynamic pressure [Pa]; see `AXES`."""
+    reference = model.aircraft.reference
+    force, moment = geometry_to_body(aero.force_G), geometry_to_body(aero.moment_G)
+    drag, side, lift = body_to_stability(force, alpha) / (pressure * reference.area)
+    roll, pitch, yaw = moment / (pressure * reference.area)
+    return {'CL': -float(lift), 'CD': -float(drag), 'CY': float(side),
+            'Cl': float(roll / reference.span), 'Cm': float(pitch / reference.chord),
+            'Cn': float(yaw / reference.span)}
+
+
+def strip_rows(model: Model, aero: AeroResult) -> list[Result]:
+    """Return what the strips do, in the order of the topics; y to the left as in base_link."""
+    lattice, strips = model.lattice, aero.strips
+    return [{'surface': grid.name, 'y_m': -float(lattice.quarter_chord[j, 1]),
+             'alpha_deg': math.degrees(strips.alpha[j]), 'cl': float(strips.cl[j]),
+             'delta_deg': math.degrees(strips.delta[j]), 'residual': float(strips.residual[j]),
+             'stalled': bool(strips.stalled[j])}
+            for grid in lattice.grids for j in range(grid.strips.start, grid.strips.stop)]
+
+
+def _how(aero: AeroResult) -> Result:
+    return {'iterations': int(aero.iterations), 'status': aero.status.name.lower(),
+            'max_residual': float(aero.max_residual),
+            'stalled_strips': int(np.count_nonzero(aero.strips.stalled))}
+
+
+def require_engine(model: Model) -> None:
+    """Refuse level flight without thrust."""
+    if not model.aircraft.engines:
+        raise NoResultError(f'{model.aircraft.name} has no engine: there is no level flight, '
+                            'only a glide')
+
+
+def powered_trims(model: Model, airspeeds: Sequence[float], *, altitude: float,
+                  climb_angle: float) -> Iterator[Result]:
+    """Yield the trim at each airspeed [m/s], each searched from the angle of the one before."""
+    require_engine(model)
+    alpha0 = math.radians(4.0)
+    for airspeed in airspeeds:
+        found = trims.powered(model, airspeed=airspeed, altitude=altitude,
+                              climb_angle=climb_angle, alpha0=alpha0)
+        if found.status is Status.CONVERGED:
+            alpha0 = found.alpha
+        yield _trim(model, found, 'powered', altitude)
+
+
+def glides(model: Model, alphas: Sequence[float], *, altitude: float) -> Iterator[Result]:
+    """Yield the glide at each angle of attack [rad], each from the one before."""
+    delta0 = None
+    for alpha in alphas:
+        found = trims.glide(model, alpha=alpha, altitude=altitude, delta0=delta0)
+        if found.status is Status.CONVERGED:
+            delta0 = found.aero.strips.delta
+        yield _trim(model, found, 'glide', altitude)
+
+
+def _trim(model: Model, found: Trim, kind: str, altitude: float) -> Result:
+    density = standard_air(altitude).density
+    controls = {f'{name}_deg': math.degrees(value) for name, value in
+                zip(model.aircraft.control_names, found.controls.deflections)}
+    return {'kind': kind, 'trimmed': found.status is Status.CONVERGED, 'message': found.message,
+            'airspeed_m_s': float(found.airspeed), 'alpha_deg': math.degrees(found.alpha),
+            'elevator_deg': controls[f'{trims.PITCH_CONTROL}_deg'],
+            'throttle': float(found.controls.throttle),
+            'climb_angle_deg': math.degrees(found.climb_angle),
+            'sink_rate_m_s': -float(found.airspeed) * math.sin(found.climb_angle),
+            'residual': float(np.abs(found.residual).max()),
+            **coefficients(model, found.aero, found.alpha, 0.5 * density * found.airspeed ** 2),
+            **_how(found.aero), 'controls': controls}
+
+
+class FlightLog:
+    """A flight as it goes: totals of every step, and a time series at the rate of the state."""
+
+    def __init__(self, flight: Flight) -> None:
+        self._model = flight.model
+        areas = [model_area(flight.model, grid.strips) for grid in flight.model.lattice.grids]
+        self._wing = flight.model.lattice.grids[int(np.argmax(areas))].strips
+        self._schedule = topics.Schedule({})
+        self._tally = topics.SolverTally()
+        self._begin = time.perf_counter()
+        self._deepest: Result = {'stalled_wing_strips': 0}
+        self._depth = (0, 0.0)
+        self._top = self._lost = 0.0
+        self.series: dict[str, list[float]] = {}
+        self.add(flight.snapshot)
+        self._steps_before = self._tally.steps
+
+    def add(self, snapshot: Snapshot) -> None:
+        """Take note of a step."""
+        self._tally.add(snapshot)
+        self._top = max(self._top, snapshot.body.altitude)
+        self._lost = max(self._lost, self._top - snapshot.body.altitude)
+        stalled = int(np.count_nonzero(snapshot.strips.stalled[self._wing]))
+        if stalled and (stalled, snapshot.alpha) > self._depth:
+            self._depth = (stalled, snapshot.alpha)
+            self._deepest = {'stalled_wing_strips': stalled, 'time_s': snapshot.time,
+                             'alpha_deg': math.degrees(snapshot.alpha),
+                             'CL': self._lift(snapshot)}
+        if any(topic.rate is topics.Rate.STATE for topic in
+               self._schedule.due(snapshot.time_ns)):
+            for key, value in self._row(snapshot).items():
+                self.series.setdefault(key, []).append(value)
+
+    def _lift(self, snapshot: Snapshot) -> float:
+        pressure = 0.5 * snapshot.density * snapshot.airspeed ** 2
+        lift = -float(body_to_stability(snapshot.force_B, snapshot.alpha)[2])
+        return lift / max(pressure * self._model.aircraft.reference.area, 1e-9)
+
+    def _row(self, snapshot: Snapshot) -> dict[str, float]:
+        body = snapshot.body
+        roll, pitch, yaw = np.degrees(euler_from_quaternion(body.q_NB))
+        p, q, r = np.degrees(body.rates_B)
+        names = self._model.aircraft.control_names
+        return {
+            'time_s': snapshot.time, 'north_m': float(body.position_N[0]),
+            'east_m': float(body.position_N[1]), 'altitude_m': body.altitude,
+            'airspeed_m_s': float(snapshot.airspeed),
+            'sink_rate_m_s': float((rotation(body.q_NB) @ body.velocity_B)[2]),
+            'alpha_deg': math.degrees(snapshot.alpha), 'beta_deg': math.degrees(snapshot.beta),
+            'roll_deg': float(roll), 'pitch_deg': float(pitch), 'yaw_deg': float(yaw),
+            'roll_rate_deg_s': float(p), 'pitch_rate_deg_s': float(q), 'yaw_rate_deg_s': float(r),
+            'load_factor': float(snapshot.load_factor), 'CL': self._lift(snapshot),
+            **{f'{name}_deg': math.degrees(value)
+               for name, value in zip(names, snapshot.controls.deflections)},
+            'throttle': float(snapshot.controls.throttle),
+            'stalled_wing_strips': int(np.count_nonzero(snapshot.strips.stalled[self._wing])),
+            'iterations': int(snapshot.iterations), 'residual': float(snapshot.max_residual)}
+
+    def summary(self, flight: Flight) -> Result:
+        """Return how the flight went."""
+        tally, wall = self._tally, time.perf_counter() - self._begin
+        steps = tally.steps - self._steps_before
+        flown = steps * flight.dt_ns * 1e-9
+        return {
+            'flown_s': flown, 'steps': steps, 'dt_s': flight.dt_ns * 1e-9, 'wall_time_s': wall,
+            'real_time_factor': flown / max(wall, 1e-9),
+            'iterations_mean': tally.iterations_sum / max(tally.steps, 1),
+            'iterations_max': tally.iterations_max, 'residual_max': float(tally.residual_max),
+            'not_converged_steps': tally.statuses[Status.NOT_CONVERGED],
+            'wing_strips': self._wing.stop - self._wing.start, 'deepest_stall': self._deepest,
+            'stalled_strips_at_end': int(np.count_nonzero(flight.snapshot.strips.stalled)),
+            'altitude_lost_m': self._lost, 'ended_early': flight.paused_reason}
+
+
+def model_area(model: Model, strips: slice) -> float:
+    """Return the area of a run of strips [m^2]."""
+    lattice = model.lattice
+    return float(np.sum(lattice.strip_chord[strips] * lattice.strip_width[strips]))
+
+
+def require_controls(flight: Flight, scenario: Scenario) -> None:
+    """Refuse a scenario that moves what the aircraft does not have."""
+    names = topics.layout(flight).command_names
+    unknown = [each.control for each in scenario.channels if each.control not in names]
+    if unknown:
+        raise ConfigError(f'scenario {scenario.name} moves {", ".join(unknown)}: '
+                          f'{flight.model.aircraft.name} has {", ".join(names) or "no controls"}')
+
+
+def fly(flight: Flight, scenario: Scenario, duration: float,
+        recorder: Any = None) -> Iterator[Snapshot]:
+    """
+    Fly a scenario as fast as the machine can and yield each step.
+
+    recorder : a `recording.FlightRecorder` that is told of each step, or None. Ends after
+    duration [s], or where the flight does: ``flight.paused_reason`` says why.
+    """
+    layout = topics.layout(flight)
+    trim = topics.command_values(flight.trim, layout)
+    while flight.snapshot.time_ns < round(duration * 1e9) and flight.paused_reason is None:
+        # The controls of a step are those at its end.
+        commands = scenario.commands((flight.snapshot.time_ns + flight.dt_ns) * 1e-9, trim)
+        told = trim | commands
+        before = flight.snapshot
+        snapshot = flight.step(Controls(
+            np.array([told[name] for name in layout.control_names]),
+            told.get(topics.THROTTLE, 0.0)))
+        if snapshot is not before:
+            if recorder is not None:
+                recorder.add(snapshot, commands)
+            yield snapshot

@@ -1,0 +1,178 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The options of the command `poststall`: what can be asked for, and text turned into numbers.
+
+Angles stay in degrees here; `cli` turns them into radians.
+"""
+
+import argparse
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from poststall_sim import __version__
+
+_NEGATIVE = re.compile(r'-[\d.]')
+_MOST_POINTS = 10_000
+_EXIT_CODES = 'exit codes: 0 a result; 1 none (no trim, not converged, diverged); 2 bad input'
+
+
+def parse(argv: list[str]) -> argparse.Namespace:
+    """Return the options; the attribute ``command`` says what to do with them."""
+    return _parser().parse_args(_joined(argv))
+
+
+def _joined(argv: list[str]) -> list[str]:
+    """Return the arguments with negative values joined to their option: ``--alpha -4:20:1``."""
+    result: list[str] = []
+    for word in argv:
+        previous = result[-1] if result else ''
+        if _NEGATIVE.match(word) and previous.startswith('--') and '=' not in previous:
+            result[-1] = f'{previous}={word}'
+        else:
+            result.append(word)
+    return result
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line."""
+
+    def error(self, message: str) -> Any:
+        self.exit(2, f'{self.prog}: {message} (see {self.prog} --help)\n')
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog='poststall', description='Flight past the stall: polars, trims, flights, figures.',
+        epilog=f'example: poststall polar --aircraft trainer --alpha -4:30:1\n\n{_EXIT_CODES}',
+        formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--version', action='version', version=f'poststall_sim {__version__}')
+    commands = parser.add_subparsers(title='commands', required=True, metavar='COMMAND',
+                                     parser_class=_Parser)
+
+    def command(name: str, what: str, example: str, aircraft: str | None):
+        sub = commands.add_parser(
+            name, help=what, description=f'{what[0].upper()}{what[1:]}.',
+            epilog=f'example: poststall {name} {example}\n\n{_EXIT_CODES}',
+            formatter_class=argparse.RawDescriptionHelpFormatter)
+        sub.set_defaults(command=name)
+        sub.add_argument('--aircraft', default=aircraft, metavar='NAME_OR_FILE',
+                         help='aircraft: a file, or a name in config/aircraft'
+                         + (f' (default {aircraft})' if aircraft else
+                            ' (default: the one the bag names)'))
+        sub.add_argument('--json', type=Path, metavar='FILE', help='write the result as JSON')
+        return sub
+
+    polar = command('polar', 'steady coefficients over the angle of attack',
+                    '--alpha -4:30:1 --deflect elevator=-5 --plot polar.png', 'trainer')
+    polar.add_argument('--alpha', type=_span, default=_span('-4:24:1'), metavar='A:B:STEP',
+                       help='angles of attack [deg], in this order: each starts from the one '
+                       'before (default -4:24:1)')
+    polar.add_argument('--beta', type=_number, default=0.0, metavar='DEG',
+                       help='sideslip, positive with the wind from the right (default 0)')
+    polar.add_argument('--deflect', type=_deflection, action='append', default=[],
+                       metavar='NAME=DEG', help='a control, may be given again')
+    polar.add_argument('--airspeed', type=_positive, default=15.0, metavar='M/S',
+                       help='(default 15)')
+    polar.add_argument('--altitude', type=_number, default=0.0, metavar='M', help='(default 0)')
+    polar.add_argument('--plot', type=Path, metavar='FILE', help='draw it, PNG')
+
+    trim = command('trim', 'straight flight in balance, powered or gliding',
+                   '--airspeed 9:25:2 --plot trim.png', 'trainer')
+    trim.add_argument('--airspeed', type=_span, metavar='V or A:B:STEP',
+                      help='powered, with elevator and throttle [m/s]')
+    trim.add_argument('--alpha', type=_span, metavar='A:B:STEP',
+                      help='gliding without thrust, at angles of attack [deg]')
+    trim.add_argument('--altitude', type=_number, default=0.0, metavar='M', help='(default 0)')
+    trim.add_argument('--climb', type=_number, default=0.0, metavar='DEG',
+                      help='climb angle of the powered trims (default 0)')
+    trim.add_argument('--plot', type=Path, metavar='FILE', help='draw it, PNG')
+
+    fly = command('fly', 'fly a scenario as fast as it goes, and record it',
+                  '--scenario stall_and_recovery --record flight', 'trainer')
+    fly.add_argument('--scenario', default='stall_and_recovery', metavar='NAME_OR_FILE',
+                     help='a file, or a name in config/scenarios (default stall_and_recovery)')
+    fly.add_argument('--record', type=Path, metavar='DIR',
+                     help='write a rosbag2 folder, the same topics as the node')
+    fly.add_argument('--duration', type=_positive, metavar='S', help="instead of the scenario's")
+    fly.add_argument('--airspeed', type=_positive, metavar='M/S',
+                     help="at which it starts, trimmed; instead of the scenario's")
+    fly.add_argument('--altitude', type=_positive, metavar='M', help='likewise')
+    fly.add_argument('--wind', type=_wind, default=np.zeros(3), metavar='N,E,D',
+                     help='velocity of the air, where it blows to: north, east, down [m/s]')
+
+    for sub in (polar, trim, fly):
+        group = sub.add_argument_group('solver')
+        group.add_argument('--panels', type=_count, metavar='N',
+                           help='panels along every chord (default 4)')
+        group.add_argument('--closure', choices=('nonlocal', 'local'), default='nonlocal',
+                           help='how the section angle is found (default nonlocal)')
+        group.add_argument('--ell', type=_number, metavar='CHORDS',
+                           help='averaging length of the non-local closure (default 1)')
+        group.add_argument('--no-decambering', action='store_true',
+                           help='attached flow at any angle')
+
+    plot = command('plot', 'draw the figures of a flight from its bag',
+                   'flight --output figures', None)
+    plot.add_argument('bag', type=Path, metavar='BAG', help="a rosbag2 folder, anyone's")
+    plot.add_argument('--output', type=Path, metavar='DIR',
+                      help='where the figures go (default: BAG_figures beside the bag)')
+    return parser
+
+
+def _number(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f'expected a number, got {text!r}')
+    return value
+
+
+def _positive(text: str) -> float:
+    value = _number(text)
+    if value <= 0.0:
+        raise argparse.ArgumentTypeError(f'must be above 0, got {text!r}')
+    return value
+
+
+def _count(text: str) -> int:
+    if not re.fullmatch(r'\d+', text):
+        raise argparse.ArgumentTypeError(f'expected a whole number, got {text!r}')
+    return int(text)
+
+
+def _span(text: str) -> list[float]:
+    """Return the values of A, A:B (in steps of 1) or A:B:STEP, both ends included."""
+    parts = [_number(part) for part in text.split(':')]
+    if len(parts) == 1:
+        return parts
+    if len(parts) > 3:
+        raise argparse.ArgumentTypeError(f'expected A:B:STEP, got {text!r}')
+    begin, end = parts[:2]
+    step = parts[2] if len(parts) == 3 else math.copysign(1.0, end - begin)
+    if step == 0.0 or (end - begin) / step < 0.0:
+        raise argparse.ArgumentTypeError(f'the step must lead from A to B, got {text!r}')
+    count = math.floor((end - begin) / step + 1e-9) + 1
+    if count > _MOST_POINTS:
+        raise argparse.ArgumentTypeError(f'{text!r} are {count} points, at most {_MOST_POINTS}')
+    return [round(begin + i * step, 12) for i in range(count)]
+
+
+def _deflection(text: str) -> tuple[str, float]:
+    name, separator, value = text.partition('=')
+    if not (separator and name):
+        raise argparse.ArgumentTypeError(f'expected NAME=DEG, got {text!r}')
+    return name, _number(value)
+
+
+def _wind(text: str) -> np.ndarray:
+    parts = [_number(part) for part in text.split(',')]
+    if len(parts) != 3:
+        raise argparse.ArgumentTypeError(f'expected N,E,D, got {text!r}')
+    return np.array(parts)

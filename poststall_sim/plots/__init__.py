@@ -1,0 +1,47 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Every figure: of a flight from its bag, of a polar, of trims.
+
+Angles are in degrees here. matplotlib is imported when something is drawn, and used without
+pyplot: no display, no state. What reads bags is imported when a bag is drawn.
+"""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from poststall_sim.aircraft import Aircraft
+
+__all__ = ['flight_figures', 'polar_figure', 'trim_figure']
+
+
+def flight_figures(bag_path: str | os.PathLike[str], output_dir: str | os.PathLike[str], *,
+                   aircraft: Aircraft | None = None) -> list[Path]:
+    """
+    Draw a bag and return the PNG files, the summary first.
+
+    A figure whose topics are not in the bag is left out; what is missing is written below those
+    that are drawn. ``aircraft`` goes before the one that the bag names.
+
+    Raises
+    ------
+    BagError
+        When the bag cannot be read or nothing in it can be drawn.
+
+    """
+    from poststall_sim.plots import bag, flight
+    return flight.draw_flight(bag.flight_data(Path(bag_path), aircraft), Path(output_dir))
+
+
+def polar_figure(result: Mapping[str, Any], path: str | os.PathLike[str]) -> Path:
+    """Draw a polar from what ``poststall polar`` writes as JSON."""
+    from poststall_sim.plots import sweeps
+    return sweeps.draw_polar(result, Path(path))
+
+
+def trim_figure(result: Mapping[str, Any], path: str | os.PathLike[str]) -> Path:
+    """Draw trims from what ``poststall trim`` writes as JSON."""
+    from poststall_sim.plots import sweeps
+    return sweeps.draw_trims(result, Path(path))

@@ -1,0 +1,194 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+The strips of a flight: which surface each belongs to, and whether it is past its stall.
+
+A bag that has ``strip_stalled`` and ``strip_cl_max`` says so itself; else it is found from the
+section angles and the section curves of the aircraft, if that is known and has the same strips.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from poststall_sim.aero import lattice as lattices
+from poststall_sim.aero.lattice import Lattice
+from poststall_sim.aero.polars import section
+from poststall_sim.aero.solver import Settings
+from poststall_sim.aircraft import Aircraft
+from poststall_sim.frames import FloatArray, geometry_to_body, swap_body_flu
+from poststall_sim.plots.lookup import Lookup, onto
+
+
+@dataclass(frozen=True, slots=True)
+class StripGroup:
+    """The strips of one surface: its name, and where it stands among all strips."""
+
+    name: str
+    strips: slice
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StripData:
+    """
+    What happens on the strips, (m, k) over m times and k strips; None what is not known.
+
+    y, chord (k,) [m] in base_link; cl [-]; alpha, delta [rad]; stalled: past the section's
+    greatest or least lift; cl_max (k,) [-] of the sections; groups: the surfaces, the wing (the
+    largest) first.
+    """
+
+    time: FloatArray
+    y: FloatArray
+    chord: FloatArray | None
+    cl: FloatArray
+    alpha: FloatArray | None
+    delta: FloatArray | None
+    stalled: np.ndarray | None
+    cl_max: FloatArray | None
+    groups: tuple[StripGroup, ...]
+
+    @property
+    def wing(self) -> slice:
+        """Where the wing's strips stand."""
+        return self.groups[0].strips
+
+    @property
+    def stalled_share(self) -> FloatArray | None:
+        """Share of the wing's strips past their stall (m,)."""
+        return None if self.stalled is None else self.stalled[:, self.wing].mean(axis=1)
+
+    @property
+    def span(self) -> float:
+        """Span of the wing [m]."""
+        return float(np.sum(widths(self.y[self.wing])))
+
+    @property
+    def wing_area(self) -> float | None:
+        """Area of the wing [m^2]."""
+        if self.chord is None:
+            return None
+        return float(np.sum(self.chord[self.wing] * widths(self.y[self.wing])))
+
+    def deepest(self) -> int | None:
+        """Return the index of the time with most of the wing stalled, there with most alpha."""
+        share = self.stalled_share
+        if share is None or share.max() == 0.0:
+            return None
+        depth = -self.cl[:, self.wing].mean(axis=1) if self.alpha is None \
+            else self.alpha[:, self.wing].mean(axis=1)
+        return int(np.lexsort((depth, share))[-1])
+
+    def recovered(self) -> bool:
+        """Tell whether every strip is known to be attached at the end."""
+        return self.stalled is not None and not self.stalled[-1].any()
+
+
+def strip_data(bag: Lookup, aircraft: Aircraft | None) -> StripData | None:
+    """Return the strips of a bag, None if it has no strip_cl or does not say where they are."""
+    lift, place = bag.column('strip_cl', 'data'), bag.column('strip_y', 'data')
+    if lift is None or lift[1].ndim != 2:
+        return None
+    time, cl = lift
+    count = cl.shape[1]
+    known = _lattice(bag, aircraft, count, None if place is None else place[1][-1])
+    if place is not None and place[1].shape[1] == count:
+        y = place[1][-1]
+    elif known is not None:
+        y = _left(known)
+    else:
+        bag.notes.append('no strip_y in the bag: it is latched, record it as transient local')
+        return None
+
+    def like(topic: str) -> FloatArray | None:
+        found = bag.column(topic, 'data')
+        if found is None or found[1].ndim != 2 or found[1].shape[1] != count:
+            return None
+        return onto(time, found)
+
+    alpha, stalled, cl_max, chord = (
+        like(topic) for topic in ('strip_alpha', 'strip_stalled', 'strip_cl_max', 'strip_chord'))
+    if stalled is not None:
+        stalled = stalled > 0.5
+    elif known is not None and alpha is not None:
+        looked_up = alpha + _flap_shift(bag, known, aircraft, time)
+        stalled = (looked_up > known.stall_high) | (looked_up < known.stall_low)
+        if any(values.get('closure', '').startswith('off') for *_, values in bag.diagnostics()):
+            stalled[:] = False   # flown with attached flow at any angle
+            bag.notes.append('flown without decambering: attached flow at any angle')
+    else:
+        bag.notes.append('which strips are past their stall is not known')
+    chord = None if chord is None else chord[-1]
+    if cl_max is not None:
+        cl_max = cl_max[-1]
+    elif known is not None:
+        cl_max = _greatest_lift(known)
+    return StripData(
+        time=time, y=y, chord=chord, cl=cl, alpha=alpha, delta=like('strip_decambering'),
+        stalled=stalled, cl_max=cl_max, groups=_groups(y, chord, known))
+
+
+def _lattice(bag: Lookup, aircraft: Aircraft | None, count: int,
+             y: FloatArray | None) -> Lattice | None:
+    """Return the lattice of the aircraft if it has the bag's strips."""
+    if aircraft is None:
+        return None
+    lattice = lattices.build(aircraft, Settings().chordwise)
+    if lattice.strips == count and (
+            y is None or len(y) != count or np.abs(_left(lattice) - y).max() < 1e-3):
+        return lattice
+    bag.notes.append(f'the strips are not those of {aircraft.name} as it is defined here')
+    return None
+
+
+def _left(lattice: Lattice) -> FloatArray:
+    """Return y of the strips in base_link [m]."""
+    return swap_body_flu(geometry_to_body(lattice.quarter_chord))[:, 1]
+
+
+def _flap_shift(bag: Lookup, lattice: Lattice, aircraft: Aircraft,
+                time: FloatArray) -> FloatArray:
+    """Return what deflections add to the angle that a section's curve is read at (m, k)."""
+    shift = np.zeros((len(time), lattice.strips))
+    for name, pair in bag.joints('joint_states').items():
+        if name in aircraft.control_names:
+            row = aircraft.control_names.index(name)
+            shift += np.outer(np.interp(time, *pair), lattice.flap_shift[row])
+    return shift
+
+
+def _greatest_lift(lattice: Lattice) -> FloatArray:
+    """Return the greatest lift coefficient of the strips' sections (k,)."""
+    values = np.empty((lattice.strips, 4))
+    for j, angle in enumerate(lattice.stall_high):
+        section(lattice.curves[lattice.polar_index[j]], angle, values[j])
+    return values[:, 0]
+
+
+def _groups(y: FloatArray, chord: FloatArray | None,
+            lattice: Lattice | None) -> tuple[StripGroup, ...]:
+    """Return the surfaces, the largest first: by the aircraft, else by how y runs."""
+    if lattice is not None:
+        groups = [StripGroup(grid.name, grid.strips) for grid in lattice.grids]
+    else:
+        # Along a surface y falls from tip to tip, up a fin it stays: else a new one begins.
+        run = np.sign(np.round(np.diff(y), 6))
+        starts = [0] + [i + 1 for i in range(len(run))
+                        if run[i] > 0 or (i and run[i - 1] < 0 <= run[i])]
+        groups = [StripGroup(f'surface {i + 1}', slice(a, b))
+                  for i, (a, b) in enumerate(zip(starts, [*starts[1:], len(y)]))]
+    chord = np.ones(len(y)) if chord is None else chord
+    areas = [float(np.sum(chord[group.strips] * widths(y[group.strips]))) for group in groups]
+    first = int(np.argmax(areas))
+    if lattice is None:
+        groups[first] = StripGroup('wing', groups[first].strips)
+    return (groups[first], *groups[:first], *groups[first + 1:])
+
+
+def widths(y: FloatArray) -> FloatArray:
+    """Return the widths of strips with these middles [m], 0 on a fin."""
+    if len(y) < 2:
+        return np.zeros(len(y))
+    edges = np.concatenate([[1.5 * y[0] - 0.5 * y[1]], 0.5 * (y[1:] + y[:-1]),
+                            [1.5 * y[-1] - 0.5 * y[-2]]])
+    return np.abs(np.diff(edges))

@@ -1,0 +1,130 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""Figures of polars and trims, from the results that the command line writes as JSON."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from poststall_sim.plots import style
+
+Rows = list[Mapping[str, Any]]
+
+
+def draw_polar(result: Mapping[str, Any], path: Path) -> Path:
+    """Draw lift, drag, pitching moment and the spread of the stall over alpha."""
+    points: Rows = result['points']
+    alpha = _column(points, 'alpha_deg')
+    strips = [point['strips'] for point in points]
+    wing = _largest_surface(strips[0])
+    share = np.array([np.mean([row['stalled'] for row in rows if row['surface'] == wing])
+                      for rows in strips])
+    with style.canvas(10.0, 6.4, path) as figure:
+        axes = figure.subplots(2, 2)
+        lift, drag, moment, spread = axes.flat
+        for panel, key, label in ((lift, 'CL', '$C_L$ [-]'), (moment, 'Cm', '$C_m$ (cg) [-]')):
+            _curve(panel, alpha, _column(points, key), share, points)
+            panel.set(xlabel=r'$\alpha$ [deg]', ylabel=label)
+        _curve(drag, _column(points, 'CD'), _column(points, 'CL'), share, points)
+        drag.set(xlabel='$C_D$ [-]', ylabel='$C_L$ [-]')
+        _spread(figure, spread, alpha, strips, wing)
+        lift.set_title(_title('Polar', result))
+        handles = {label: handle for panel in axes.flat[:3]
+                   for handle, label in zip(*panel.get_legend_handles_labels())}
+        if len(handles) > 1:
+            lift.legend(handles.values(), handles.keys(), loc='lower right')
+    return path
+
+
+def _column(rows: Rows, key: str) -> np.ndarray:
+    return np.array([row[key] for row in rows], dtype=float)
+
+
+def _title(what: str, result: Mapping[str, Any]) -> str:
+    """Return a title that says what is not the default."""
+    said = [f'{what}, {result["aircraft"]}']
+    said += [f'{name} {value:g}\u00b0' for name, value in
+             result.get('deflections_deg', {}).items()]
+    beta = result['points'][0]['beta_deg'] if result.get('points') else 0.0
+    if beta:
+        said.append(f'\u03b2 {beta:g}\u00b0')
+    if not result['settings']['decambering']:
+        said.append('attached flow')
+    return ', '.join(said)
+
+
+def _largest_surface(rows: Rows) -> str:
+    """Return the surface with the widest strips' spread, which is the wing."""
+    places: dict[str, list[float]] = {}
+    for row in rows:
+        places.setdefault(row['surface'], []).append(row['y_m'])
+    return max(places, key=lambda name: np.ptp(places[name]))
+
+
+def _curve(axes, x: np.ndarray, y: np.ndarray, share: np.ndarray, points: Rows) -> None:
+    """Draw a line with a marker for each point: attached, stalled, not converged."""
+    axes.plot(x, y, color='#9AA1A9', linewidth=1.2, zorder=1)
+    good = np.array([point['status'] == 'converged' for point in points])
+    for chosen, colour, marker, label in (
+            (good & (share == 0.0), style.ATTACHED, 'o', 'wing attached'),
+            (good & (share > 0.0) & (share < 0.5), '#F0B27F', 'v', 'some strips stalled'),
+            (good & (share >= 0.5), style.STALLED, 'v', 'half of the wing stalled'),
+            (~good, style.CONTROL, 'x', 'not converged')):
+        if chosen.any():
+            axes.scatter(x[chosen], y[chosen], s=18, color=colour, marker=marker, label=label,
+                         linewidth=1.0 if marker == 'x' else 0.0, zorder=2)
+
+
+def _spread(figure, axes, alpha: np.ndarray, strips: list[Rows], wing: str) -> None:
+    """Draw the wing's Cl over span for a few angles, coloured by alpha."""
+    from matplotlib import colormaps
+    chosen = np.unique(np.linspace(0, len(alpha) - 1, min(len(alpha), 7)).round().astype(int))
+    colours = colormaps['cividis'](np.linspace(0.05, 0.9, len(chosen)))
+    for k, colour in zip(chosen, colours):
+        rows = [row for row in strips[k] if row['surface'] == wing]
+        place, cl = _column(rows, 'y_m'), _column(rows, 'cl')
+        stalled = np.array([row['stalled'] for row in rows])
+        axes.plot(place, cl, color=colour, linewidth=1.3, label=f'{alpha[k]:g}\u00b0')
+        axes.scatter(place[stalled], cl[stalled], s=14, marker='v', color=style.STALLED,
+                     linewidth=0.0, zorder=3)
+    axes.invert_xaxis()
+    axes.set(xlabel='$y$ in base_link [m], port on the left', ylabel=f'{wing} strip $C_l$ [-]')
+    axes.legend(title=r'$\alpha$', loc='center left', bbox_to_anchor=(1.0, 0.5))
+
+
+def draw_trims(result: Mapping[str, Any], path: Path) -> Path:
+    """Draw what balances the aircraft: powered over airspeed, gliding over alpha."""
+    kinds = [(kind, key, label) for kind, key, label in (
+        ('powered', 'airspeed_m_s', 'airspeed [m/s]'),
+        ('glide', 'alpha_deg', r'$\alpha$ [deg]'))
+        if any(row['kind'] == kind for row in result['trims'])]
+    wanted = {'powered': (('alpha_deg', r'$\alpha$ [deg]'), ('elevator_deg', 'elevator [deg]'),
+                          ('throttle', 'throttle [-]')),
+              'glide': (('elevator_deg', 'elevator [deg]'), ('airspeed_m_s', 'airspeed [m/s]'),
+                        ('sink_rate_m_s', 'sink rate [m/s]'))}
+    with style.canvas(5.4 * len(kinds), 6.4, path) as figure:
+        columns = figure.subplots(3, len(kinds), sharex='col', squeeze=False).T
+        for column, (kind, key, label) in zip(columns, kinds):
+            rows = [row for row in result['trims'] if row['kind'] == kind]
+            flown = np.array([row['trimmed'] for row in rows])
+            x = _column(rows, key)
+            for axes, (name, text) in zip(column, wanted[kind]):
+                y = _column(rows, name)
+                axes.plot(x, np.where(flown, y, np.nan), color=style.ATTACHED, linewidth=1.3)
+                axes.scatter(x[flown], y[flown], s=18, color=style.ATTACHED, linewidth=0,
+                             label='trimmed')
+                axes.set_ylabel(text)
+            for place in x[~flown]:
+                for axes in column:
+                    axes.axvline(place, color=style.STALLED, linewidth=0.9,
+                                 linestyle=(0, (2, 2)), zorder=0)
+            if (~flown).any():
+                column[0].plot([], [], color=style.STALLED, linestyle=(0, (2, 2)),
+                               linewidth=0.9, label='no trim')
+                column[0].legend(loc='best')
+            column[0].set_title(_title('Powered' if kind == 'powered' else 'Glide', result))
+            column[-1].set_xlabel(label)
+            figure.align_ylabels(list(column))
+    return path

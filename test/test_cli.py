@@ -1,0 +1,268 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""The command line: what it prints and writes, its units, its exit codes, its complaints."""
+
+import json
+import math
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from poststall_sim import __version__, cli, definition, jobs, options, simulation
+from poststall_sim.aero import solver
+from poststall_sim.frames import GRAVITY
+
+ROOT = Path(__file__).resolve().parents[1]
+COMMANDS = ['polar', 'trim', 'fly', 'plot']
+
+
+def run(*words):
+    """Run the command as a user does."""
+    return subprocess.run([sys.executable, '-m', 'poststall_sim.cli', *words], cwd=ROOT,
+                          capture_output=True, text=True, timeout=120)
+
+
+def result(tmp_path, *words, code=0):
+    """Run the command in this process and return what it writes as JSON."""
+    path = tmp_path / 'result.json'
+    assert cli.main([*words, '--json', str(path)]) == code
+    return json.loads(path.read_text())
+
+
+def test_version_and_help():
+    done = run('--version')
+    assert (done.returncode, done.stdout) == (0, f'poststall_sim {__version__}\n')
+    done = run('--help')
+    assert done.returncode == 0
+    assert all(name in done.stdout for name in COMMANDS)
+
+
+@pytest.mark.parametrize('name', COMMANDS)
+def test_help_of_each_command_gives_an_example_that_parses(name, capsys):
+    with pytest.raises(SystemExit) as end:
+        cli.main([name, '--help'])
+    assert end.value.code == 0
+    text = capsys.readouterr().out
+    assert '--aircraft' in text and '--json' in text and 'exit codes' in text
+    example, = (line for line in text.splitlines() if line.startswith('example: '))
+    words = example.split()
+    assert words[1:3] == ['poststall', name]
+    assert options.parse(words[2:]).command == name
+
+
+def test_as_a_user_runs_it(tmp_path):
+    done = run('polar', '--aircraft', 'wing_tail', '--alpha', '-2:2:2',
+               '--json', str(tmp_path / 'polar.json'))
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert lines[0].split()[:4] == ['alpha', 'CL', 'CD', 'CY']
+    assert [line.split()[0] for line in lines[1:]] == ['-2.00', '0.00', '2.00']
+    points = json.loads((tmp_path / 'polar.json').read_text())['points']
+    assert [f'{p["CL"]:z.4f}' for p in points] == [line.split()[1] for line in lines[1:]]
+
+
+@pytest.mark.parametrize('words, message', [
+    ([], 'arguments are required: COMMAND'),
+    (['dive'], "invalid choice: 'dive'"),
+    (['polar', '--alpha', '0:10:x'], "expected a number, got 'x'"),
+    (['polar', '--alpha', '0:10:-1'], 'step must lead from A to B'),
+    (['polar', '--alpha', '0:1:1e-9'], 'at most 10000'),
+    (['polar', '--alpha', 'nan'], "expected a number, got 'nan'"),
+    (['polar', '--aircraft', 'trainr'], 'did you mean trainer'),
+    (['polar', '--deflect', 'elevator'], "expected NAME=DEG, got 'elevator'"),
+    (['polar', '--deflect', 'flap=5'], "no control 'flap', it has aileron, elevator, rudder"),
+    (['polar', '--deflect', 'elevator=-50'], 'elevator goes from -30 to 20 deg, got -50'),
+    (['polar', '--panels', '99'], 'chordwise panels must be 1 to 32, got 99'),
+    (['polar', '--airspeed', '0'], 'must be above 0'),
+    (['trim'], 'trim needs --airspeed (powered), --alpha (glide) or both'),
+    (['trim', '--airspeed', '-5'], 'airspeed must be above 0 m/s, got -5'),
+    (['fly', '--scenario', 'loop'], "found no file 'loop' in scenarios"),
+    (['fly', '--wind', '1,2'], "expected N,E,D, got '1,2'"),
+    (['plot', 'no_such_bag'], 'there is no bag no_such_bag'),
+])
+def test_bad_input_is_one_line_and_code_2(words, message, capsys):
+    try:
+        code = cli.main(words)
+    except SystemExit as end:
+        code = end.code
+    said = capsys.readouterr()
+    assert code == 2
+    assert said.out == ''
+    assert message in said.err
+    assert said.err.startswith('poststall') and said.err.count('\n') == 1
+    assert 'Traceback' not in said.err
+
+
+def test_a_broken_aircraft_file_is_one_line_that_names_file_and_key(tmp_path, capsys):
+    path = tmp_path / 'broken.yaml'
+    path.write_text((ROOT / 'config/aircraft/trainer.yaml').read_text()
+                    .replace('mass_kg: 9.0', 'mass_kg: -9.0'))
+    for airfoil in (ROOT / 'config/airfoils').glob('*.csv'):
+        shutil.copy(airfoil, tmp_path)
+    assert cli.main(['trim', '--aircraft', str(path), '--airspeed', '15']) == 2
+    said = capsys.readouterr().err
+    assert 'broken.yaml' in said and 'mass' in said and '-9' in said and said.count('\n') == 1
+
+
+def test_ranges_keep_their_ends_and_their_direction():
+    assert options.parse(['polar', '--alpha', '-4:4:2']).alpha == [-4.0, -2.0, 0.0, 2.0, 4.0]
+    assert options.parse(['polar', '--alpha', '2:0']).alpha == [2.0, 1.0, 0.0]
+    assert options.parse(['polar', '--alpha', '0:0.3:0.1']).alpha == [0.0, 0.1, 0.2, 0.3]
+    assert options.parse(['polar', '--alpha=-7']).alpha == [-7.0]
+    assert options.parse(['fly', '--wind', '-1,2,-3']).wind.tolist() == [-1.0, 2.0, -3.0]
+
+
+def test_polar_writes_every_point_with_its_strips(tmp_path):
+    found = result(tmp_path, 'polar', '--alpha', '2:20:6', '--beta', '3')
+    assert found['aircraft'] == 'trainer' and found['settings']['panels'] == 4
+    assert 'centre of gravity' in found['axes']
+    assert [p['alpha_deg'] for p in found['points']] == pytest.approx([2.0, 8.0, 14.0, 20.0])
+    for point in found['points']:
+        assert set(point) == {
+            'alpha_deg', 'beta_deg', 'CL', 'CD', 'CY', 'Cl', 'Cm', 'Cn', 'iterations', 'status',
+            'max_residual', 'stalled_strips', 'strips'}
+        assert point['status'] == 'converged' and point['max_residual'] <= 1e-5
+        assert len(point['strips']) == 33
+        assert set(point['strips'][0]) == {
+            'surface', 'y_m', 'alpha_deg', 'cl', 'delta_deg', 'residual', 'stalled'}
+        assert point['strips'][0]['y_m'] == pytest.approx(1.52)   # the left tip comes first
+        # Wind from the right: to the left, left wing down (dihedral), nose into the wind.
+        assert point['CY'] < 0.0 and point['Cl'] < 0.0 and point['Cn'] > 0.0
+    slope = (found['points'][1]['CL'] - found['points'][0]['CL']) / math.radians(6.0)
+    assert 4.0 < slope < 2.0 * math.pi
+    assert found['points'][-1]['stalled_strips'] >= 10
+
+
+def test_coefficients_do_not_depend_on_airspeed_and_altitude(tmp_path):
+    slow = result(tmp_path, 'polar', '--alpha', '5')['points'][0]
+    fast = result(tmp_path, 'polar', '--alpha', '5', '--airspeed', '60',
+                  '--altitude', '3000')['points'][0]
+    for key in jobs.COEFFICIENTS:
+        assert fast[key] == pytest.approx(slow[key], abs=1e-5)
+
+
+def test_deflections_are_degrees_trailing_edge_down(tmp_path):
+    neutral, down = (result(tmp_path, 'polar', '--alpha', '0', *words)['points'][0]
+                     for words in ([], ['--deflect', 'elevator=5', '--deflect', 'aileron=5']))
+    assert down['CL'] > neutral['CL'] and down['Cm'] < neutral['Cm']
+    assert down['Cl'] > neutral['Cl'] + 0.01   # a positive aileron rolls to the right
+
+
+def test_attached_flow_goes_on_rising(tmp_path):
+    with_stall, without = (
+        [p['CL'] for p in result(tmp_path, 'polar', '--alpha', '12:24:12', *words)['points']]
+        for words in ([], ['--no-decambering']))
+    assert with_stall[1] < with_stall[0] < without[0] < without[1]
+
+
+def test_local_closure_and_its_options_reach_the_solver(tmp_path):
+    found = result(tmp_path, 'polar', '--alpha', '5', '--closure', 'local', '--panels', '6',
+                   '--ell', '0.5')
+    assert found['settings'] == {'panels': 6, 'closure': 'local', 'ell_chords': 0.5,
+                                 'decambering': True, 'tolerance': solver.Settings().tolerance}
+
+
+def test_powered_trim_carries_the_weight(tmp_path, capsys):
+    trim, = result(tmp_path, 'trim', '--airspeed', '15', '--climb', '5')['trims']
+    assert trim['trimmed'] and trim['message'] == 'trimmed' and trim['residual'] < 1e-6
+    assert trim['climb_angle_deg'] == pytest.approx(5.0)
+    assert trim['sink_rate_m_s'] == pytest.approx(-15.0 * math.sin(math.radians(5.0)))
+    assert -30.0 < trim['elevator_deg'] < 20.0 and 0.0 < trim['throttle'] < 1.0
+    assert trim['controls']['elevator_deg'] == trim['elevator_deg']
+    # Lift and the part of the thrust across the path balance the weight's.
+    lift = trim['CL'] * 0.5 * 1.225 * 15.0 ** 2 * 1.28
+    push = 35.0 * trim['throttle'] * 0.5 * math.sin(math.radians(trim['alpha_deg']))
+    assert lift + push == pytest.approx(9.0 * GRAVITY * math.cos(math.radians(5.0)), rel=2e-3)
+    assert 'trimmed' in capsys.readouterr().out
+
+
+def test_glides_fall_along_drag_over_lift(tmp_path):
+    trims = result(tmp_path, 'trim', '--alpha', '2:14:4', '--aircraft', 'wing_tail')['trims']
+    for trim in trims:
+        assert trim['kind'] == 'glide' and trim['throttle'] == 0.0
+        assert math.tan(math.radians(-trim['climb_angle_deg'])) == pytest.approx(
+            trim['CD'] / trim['CL'], rel=1e-6)
+    assert [t['alpha_deg'] for t in trims] == pytest.approx([2.0, 6.0, 10.0, 14.0])
+
+
+def test_without_a_trim_it_says_why_and_ends_with_1(tmp_path, capsys):
+    trim, = result(tmp_path, 'trim', '--airspeed', '6', code=1)['trims']
+    assert not trim['trimmed']
+    said = capsys.readouterr()
+    assert trim['message'] in said.out and trim['message'] in said.err
+    assert 'its limits are' in trim['message']
+    assert cli.main(['trim', '--aircraft', 'wing_tail', '--airspeed', '30']) == 1
+    assert 'wing_tail has no engine' in capsys.readouterr().err
+
+
+def test_a_flight_tells_what_it_did(tmp_path, capsys):
+    found = result(tmp_path, 'fly', '--duration', '0.5', '--airspeed', '16', '--altitude', '80',
+                   '--wind', '-2,1,0')
+    summary, series = found['summary'], found['series']
+    assert summary['steps'] == math.ceil(0.5 / summary['dt_s'] - 1e-9)
+    assert summary['flown_s'] == pytest.approx(summary['steps'] * summary['dt_s'])
+    assert summary['ended_early'] is None and summary['not_converged_steps'] == 0
+    assert summary['deepest_stall'] == {'stalled_wing_strips': 0}
+    assert summary['residual_max'] <= 1e-5 and summary['real_time_factor'] > 0.0
+    assert len({len(values) for values in series.values()}) == 1
+    assert np.diff(series['time_s']) == pytest.approx(0.02, abs=summary['dt_s'])
+    assert series['airspeed_m_s'][0] == pytest.approx(16.0)
+    assert series['altitude_m'][0] == pytest.approx(80.0)
+    # Level flight north at 16 m/s through air that goes south at 2 m/s and east at 1 m/s.
+    assert series['north_m'][-1] == pytest.approx(14.0 * series['time_s'][-1], rel=0.01)
+    assert series['east_m'][-1] == pytest.approx(series['time_s'][-1], rel=0.01)
+    printed = capsys.readouterr().out
+    assert 'real-time factor' in printed and 'bag' not in printed
+
+
+def test_a_flight_into_the_ground_ends_there(tmp_path, capsys):
+    found = result(tmp_path, 'fly', '--altitude', '0.5', '--wind', '0,0,3')
+    assert found['summary']['ended_early'].startswith('ground contact')
+    assert found['summary']['flown_s'] < 1.0
+    assert 'ended early: ground contact' in capsys.readouterr().err
+
+
+def test_a_flight_without_trim_or_with_foreign_controls_does_not_start(tmp_path, capsys):
+    assert cli.main(['fly', '--airspeed', '4']) == 1
+    assert 'no level trim at 4 m/s' in capsys.readouterr().err
+    scenario = tmp_path / 'flaps.yaml'
+    scenario.write_text(
+        'name: flaps\nduration_s: 1.0\ninitial: {airspeed_m_s: 15.0, altitude_m: 100.0}\n'
+        'channels: {flap: {relative: true, points_deg: [[0.0, 0.0], [1.0, 5.0]]}}\n')
+    assert cli.main(['fly', '--scenario', str(scenario), '--record', str(tmp_path / 'b')]) == 2
+    assert 'scenario flaps moves flap: trainer has aileron' in capsys.readouterr().err
+    assert not (tmp_path / 'b').exists()
+
+
+def test_a_bag_is_recorded_once_and_can_be_drawn(tmp_path, capsys):
+    pytest.importorskip('rosbags', reason='bags need rosbags')
+    pytest.importorskip('matplotlib', reason='figures need matplotlib')
+    bag = tmp_path / 'bag'
+    assert cli.main(['fly', '--duration', '0.3', '--record', str(bag)]) == 0
+    assert (bag / 'metadata.yaml').exists() and str(bag) in capsys.readouterr().out
+    assert cli.main(['fly', '--duration', '0.3', '--record', str(bag)]) == 2
+    assert 'bag' in capsys.readouterr().err
+    found = result(tmp_path, 'plot', str(bag))
+    assert found['name'] == 'trainer' and found['notes'] == []
+    assert found['flight']['airspeed_max_m_s'] == pytest.approx(12.0, rel=0.01)
+    for path in found['figures']:
+        assert Path(path).parent == tmp_path / 'bag_figures' and Path(path).stat().st_size > 10_000
+    (tmp_path / 'empty').mkdir()
+    capsys.readouterr()
+    assert cli.main(['plot', str(tmp_path / 'empty')]) == 2
+    assert capsys.readouterr().err.count('\n') == 1
+
+
+def test_the_flight_is_the_one_that_the_library_flies():
+    aircraft = definition.aircraft(definition.find('aircraft', 'trainer'))
+    scenario = definition.scenario(definition.find('scenarios', 'stall_and_recovery'))
+    flights = [simulation.start(aircraft, airspeed=15.0, altitude=100.0) for _ in range(2)]
+    last = list(jobs.fly(flights[0], scenario, 0.1))[-1]
+    while flights[1].snapshot.time_ns < 100_000_000:
+        flights[1].step(flights[1].trim)   # nothing moves in the first second
+    assert last.time_ns == flights[1].snapshot.time_ns
+    np.testing.assert_array_equal(last.body.position_N, flights[1].snapshot.body.position_N)
