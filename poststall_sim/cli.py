@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from poststall_sim import __version__, options
+from poststall_sim.aero import model as models
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -199,14 +200,13 @@ def _aircraft(arguments: argparse.Namespace):
 
 def _model(arguments: argparse.Namespace):
     """Return the model that the options ask for."""
-    from poststall_sim.aero import solver
     from poststall_sim.aero.decambering import Closure
     given = {'chordwise': arguments.panels, 'ell': arguments.ell}
-    settings = solver.Settings(
+    settings = models.Settings(
         closure=Closure[arguments.closure.upper()], decambering=not arguments.no_decambering,
         **{key: value for key, value in given.items() if value is not None})
     with _patience():
-        return solver.build(_aircraft(arguments), settings)
+        return models.build(_aircraft(arguments), settings)
 
 
 def _head(arguments: argparse.Namespace, model) -> dict[str, Any]:

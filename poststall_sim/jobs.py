@@ -18,7 +18,8 @@ import numpy as np
 from poststall_sim import topics
 from poststall_sim import trim as trims
 from poststall_sim.aero import solver
-from poststall_sim.aero.solver import AeroResult, Model, Onset
+from poststall_sim.aero.model import Model, Onset
+from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import (

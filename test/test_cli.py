@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from poststall_sim import __version__, cli, definition, jobs, options, simulation
-from poststall_sim.aero import solver
+from poststall_sim.aero import model as models
 from poststall_sim.frames import GRAVITY
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -163,7 +163,7 @@ def test_local_closure_and_its_options_reach_the_solver(tmp_path):
     found = result(tmp_path, 'polar', '--alpha', '5', '--closure', 'local', '--panels', '6',
                    '--ell', '0.5')
     assert found['settings'] == {'panels': 6, 'closure': 'local', 'ell_chords': 0.5,
-                                 'decambering': True, 'tolerance': solver.Settings().tolerance}
+                                 'decambering': True, 'tolerance': models.Settings().tolerance}
 
 
 def test_powered_trim_carries_the_weight(tmp_path, capsys):

@@ -13,8 +13,8 @@ import numpy as np
 
 from poststall_sim.aero import lattice as lattices
 from poststall_sim.aero.lattice import Lattice
+from poststall_sim.aero.model import Settings
 from poststall_sim.aero.polars import section
-from poststall_sim.aero.solver import Settings
 from poststall_sim.aircraft import Aircraft
 from poststall_sim.frames import FloatArray, geometry_to_body, swap_body_flu
 from poststall_sim.plots.lookup import Lookup, onto
