@@ -26,7 +26,7 @@ import numpy as np
 from numba import njit
 
 from poststall_sim.aero.lattice import Lattice
-from poststall_sim.aero.polars import section
+from poststall_sim.aero.polars import lift
 from poststall_sim.frames import FloatArray
 
 EXACT = {'cache': True, 'nogil': True}
@@ -182,17 +182,17 @@ def alpha_slopes(delta, strips, operator, linear, circulation, speed, slope):
 
 
 @njit(**EXACT)
-def potential_angle(curve, alpha, linear, out):
+def potential_angle(curve, alpha, linear):
     """
     Return the angle at which potential flow has a section's cl, and its slope.
 
-    asin(cl(alpha) / 2 pi), or cl / 2 pi in the linear form; `out` (4,) is scratch.
+    asin(cl(alpha) / 2 pi), or cl / 2 pi in the linear form.
     """
-    section(curve, alpha, out)
+    cl, slope = lift(curve, alpha)
     if linear:
-        return out[0] / TWO_PI, out[3] / TWO_PI
-    ratio = min(max(out[0] / TWO_PI, -0.999), 0.999)
-    return math.asin(ratio), out[3] / (TWO_PI * math.sqrt(1.0 - ratio * ratio))
+        return cl / TWO_PI, slope / TWO_PI
+    ratio = min(max(cl / TWO_PI, -0.999), 0.999)
+    return math.asin(ratio), slope / (TWO_PI * math.sqrt(1.0 - ratio * ratio))
 
 
 @njit(**SUM)
@@ -209,7 +209,6 @@ def nonlocal_residual(delta, strips, linear, curves, polar_index, mean, alpha, r
     left out: they keep their decambering.
     """
     n = delta.size
-    out = np.empty(4)
     for j in range(n):
         if strips[7, j] == 0.0:
             residual[j] = 0.0
@@ -217,21 +216,27 @@ def nonlocal_residual(delta, strips, linear, curves, polar_index, mean, alpha, r
             continue
         abar = alpha[j]
         for k in range(n):
-            if mean[j, k] != 0.0:
-                abar += strips[3, j] * mean[j, k] * strips[3, k] * wrap(alpha[k] - alpha[j])
-        phi, rate = potential_angle(curves[polar_index[j]], abar + strips[6, j], linear, out)
+            abar += strips[3, j] * mean[j, k] * strips[3, k] * wrap(alpha[k] - alpha[j])
+        phi, rate = potential_angle(curves[polar_index[j]], abar + strips[6, j], linear)
         residual[j] = wrap(delta[j] - phi + abar - strips[5, j])
         change[j] = rate - 1.0
 
 
 @njit(**EXACT)
 def strip_theory(delta, strips, linear, curves, polar_index):
-    """Put strips that have faded into strip theory (f = 0) at their decambering, in place."""
-    out = np.empty(4)
+    """
+    Put strips that have faded into strip theory (f = 0) at their decambering, in place.
+
+    All of them where delta is zero throughout, which stands for no start given: a section's own
+    decambering at its geometric angle is a better one, and its lift nearly right.
+    """
+    cold = np.abs(delta).max() == 0.0
     for j in range(delta.size):
-        if strips[3, j] == 0.0 and strips[7, j] != 0.0:
+        if (cold or strips[3, j] == 0.0) and strips[7, j] != 0.0:
             alpha = math.atan2(strips[1, j], strips[0, j])
-            phi = potential_angle(curves[polar_index[j]], alpha + strips[6, j], linear, out)[0]
+            if linear:
+                alpha = strips[1, j] / strips[0, j]
+            phi = potential_angle(curves[polar_index[j]], alpha + strips[6, j], linear)[0]
             delta[j] = wrap(phi - alpha + strips[5, j])
 
 
@@ -258,10 +263,9 @@ def nonlocal_jacobian(strips, mean, change, slope, jacobian):
 @njit(**EXACT)
 def local_residual(strips, curves, polar_index, alpha, circulation, speed, residual):
     """Fill the residual (n,) of the local closure, cl_j - cl_visc,j(alpha_j) [-]."""
-    out = np.empty(4)
     for j in range(alpha.size):
         if strips[7, j] == 0.0:
             residual[j] = 0.0
             continue
-        section(curves[polar_index[j]], alpha[j] + strips[6, j], out)
-        residual[j] = 2.0 * circulation[j] / (speed[j] * strips[2, j]) - out[0]
+        residual[j] = 2.0 * circulation[j] / (speed[j] * strips[2, j]) \
+            - lift(curves[polar_index[j]], alpha[j] + strips[6, j])[0]

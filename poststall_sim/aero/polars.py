@@ -32,27 +32,30 @@ _ATTACHED = math.radians(30.0)
 
 
 @njit(**_EXACT)
+def lift(curve, alpha):
+    """Return the first coefficient of a curve (k, 2, GRID + 1), cl, and its slope at an angle."""
+    step = 2.0 * math.pi / (curve.shape[2] - 1)
+    turns = (alpha + math.pi) / (2.0 * math.pi)
+    place = (turns - math.floor(turns)) * (curve.shape[2] - 1)
+    i = min(int(place), curve.shape[2] - 2)
+    t = place - i
+    y0, y1, m0, m1 = (
+        curve[0, 0, i], curve[0, 0, i + 1], step * curve[0, 1, i], step * curve[0, 1, i + 1])
+    a = 2.0 * (y0 - y1) + m0 + m1
+    b = 3.0 * (y1 - y0) - 2.0 * m0 - m1
+    return y0 + t * (m0 + t * (b + t * a)), (m0 + t * (2.0 * b + 3.0 * t * a)) / step
+
+
+@njit(**_EXACT)
 def section(curve, alpha, out):
     """
     Fill `out` with (cl, cd, cm, dcl/dalpha) at one angle [rad], any angle.
 
     curve : (3, 2, GRID + 1) values and slopes [1/rad] of cl, cd, cm from -pi to pi.
     """
-    step = 2.0 * math.pi / (curve.shape[2] - 1)
-    turns = (alpha + math.pi) / (2.0 * math.pi)
-    place = (turns - math.floor(turns)) * (curve.shape[2] - 1)
-    i = min(int(place), curve.shape[2] - 2)
-    t = place - i
-    h00 = (1.0 + 2.0 * t) * (1.0 - t) * (1.0 - t)
-    h10 = t * (1.0 - t) * (1.0 - t)
-    h01 = t * t * (3.0 - 2.0 * t)
-    h11 = t * t * (t - 1.0)
-    for c in range(3):
-        out[c] = h00 * curve[c, 0, i] + h01 * curve[c, 0, i + 1] \
-            + step * (h10 * curve[c, 1, i] + h11 * curve[c, 1, i + 1])
-    rise = (curve[0, 0, i + 1] - curve[0, 0, i]) / step
-    out[3] = 6.0 * t * (1.0 - t) * rise \
-        + (1.0 - t) * (1.0 - 3.0 * t) * curve[0, 1, i] + t * (3.0 * t - 2.0) * curve[0, 1, i + 1]
+    out[0], out[3] = lift(curve[0:1], alpha)
+    out[1] = lift(curve[1:2], alpha)[0]
+    out[2] = lift(curve[2:3], alpha)[0]
 
 
 @njit(**_EXACT)

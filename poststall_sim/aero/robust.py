@@ -21,8 +21,10 @@ from poststall_sim.aero.decambering import (
     local_residual,
     operating_points,
     potential_angle,
+    strip_theory,
     wrap,
 )
+from poststall_sim.aero.polars import lift
 from poststall_sim.aero.schemes import LARGEST_STEP
 
 MOST_SWEEPS = 64
@@ -74,15 +76,21 @@ def prepare(strips, operator, linear, inverse, level):
 
 
 @njit(**EXACT)
-def _strip(j, alpha, strips, linear, curve, out, value):
+def _strip(j, alpha, strips, linear, curve, value):
     """
     Fill `value` with sin beta, cos beta, q and their slopes over alpha for a strip on its curve.
 
     On the curve the lattice has to carry q = pi c Ue tan(phi), phi from `potential_angle`, with
     the chord turned by phi - alpha.
     """
-    phi, rate = potential_angle(curve, alpha + strips[6, j], linear, out)
+    cl, slope = lift(curve, alpha + strips[6, j])
+    sine = min(max(cl / TWO_PI, -0.999), 0.999)
     u, w, plate = strips[0, j], strips[1, j], math.pi * strips[2, j]
+    if linear:
+        phi, rate = cl / TWO_PI, slope / TWO_PI
+    else:
+        cosine = math.sqrt(1.0 - sine * sine)
+        phi, rate = math.asin(sine), slope / (TWO_PI * cosine)
     turn = rate - 1.0
     the = phi - alpha
     if linear:
@@ -97,18 +105,17 @@ def _strip(j, alpha, strips, linear, curve, out, value):
     value[0] = (we * cs + ue * sn) / v
     value[1] = (ue * cs - we * sn) / v
     value[3], value[4] = value[1] * turn, -value[0] * turn
-    sine = min(max(out[0] / TWO_PI, -0.999), 0.999)
-    tangent = sine / math.sqrt(1.0 - sine * sine)
+    tangent = sine / cosine
     value[2] = plate * ue * tangent
     value[5] = plate * ((1.0 + tangent * tangent) * rate * ue - tangent * we * turn)
 
 
 @njit(**SUM)
-def _imbalance(alpha, strips, linear, curves, polar_index, inverse, level, out, values, residual):
+def _imbalance(alpha, strips, linear, curves, polar_index, inverse, level, values, residual):
     """Fill E = T q - sin beta - L cos beta - l0, (n,), and the strips' values; return max |E|."""
     n = alpha.size
     for j in range(n):
-        _strip(j, alpha[j], strips, linear, curves[polar_index[j]], out, values[j])
+        _strip(j, alpha[j], strips, linear, curves[polar_index[j]], values[j])
     worst = 0.0
     for j in range(n):
         e = -level[j, n] - values[j, 0]
@@ -127,14 +134,14 @@ SMALLEST_STEP = math.radians(0.25)
 
 
 @njit(**SUM)
-def _first_root(j, alpha, rest, strips, linear, curve, inverse, level, out, value):
+def _first_root(j, alpha, rest, strips, linear, curve, inverse, level, value):
     """
     Return the root of strip j's own balance met first going downhill from alpha.
 
     rest : what the other strips add. `value` (6,) is left at the root.
     """
     t, small = inverse[j, j], level[j, j]
-    _strip(j, alpha, strips, linear, curve, out, value)
+    _strip(j, alpha, strips, linear, curve, value)
     at = t * value[2] - value[0] - small * value[1] + rest
     if at == 0.0:
         return alpha
@@ -146,7 +153,7 @@ def _first_root(j, alpha, rest, strips, linear, curve, inverse, level, out, valu
         if slope > 0.3 and abs(at_low) / slope < 0.05:
             step = abs(at_low) / slope * 1.02
         high = low - sign * step
-        _strip(j, high, strips, linear, curve, out, value)
+        _strip(j, high, strips, linear, curve, value)
         at_high = t * value[2] - value[0] - small * value[1] + rest
         if at_high * sign <= 0.0:
             middle = high
@@ -155,7 +162,7 @@ def _first_root(j, alpha, rest, strips, linear, curve, inverse, level, out, valu
                     break
                 share = min(max(at_low / (at_low - at_high), 0.02), 0.98)
                 middle = low + (high - low) * share
-                _strip(j, middle, strips, linear, curve, out, value)
+                _strip(j, middle, strips, linear, curve, value)
                 at = t * value[2] - value[0] - small * value[1] + rest
                 if abs(at) < 1e-8:
                     break
@@ -194,14 +201,14 @@ def robust(delta, strips, operator, inverse, level, linear, curves, polar_index,
     n = delta.size
     values, trial_values = np.empty((n, 6)), np.empty((n, 6))
     force, trial_force = np.empty(n), np.empty(n)
-    out = np.empty(4)
     jacobian = np.empty((n, n))
+    strip_theory(delta, strips, linear, curves, polar_index)
     operating_points(delta, strips, operator, linear, alpha, circulation, speed)
     local_residual(strips, curves, polar_index, alpha, circulation, speed, residual)
     history[0] = np.abs(residual).max()
     current = alpha.copy()
     worst = _imbalance(
-        current, strips, linear, curves, polar_index, inverse, level, out, values, force)
+        current, strips, linear, curves, polar_index, inverse, level, values, force)
     best = worst
     sweeps = 1
     damping = 1.0
@@ -219,7 +226,7 @@ def robust(delta, strips, operator, inverse, level, linear, curves, polar_index,
         step = np.linalg.solve(jacobian, -force)
         if np.abs(step).max() < LARGEST_STEP:
             trial = current + step
-            new = _imbalance(trial, strips, linear, curves, polar_index, inverse, level, out,
+            new = _imbalance(trial, strips, linear, curves, polar_index, inverse, level,
                              trial_values, trial_force)
             if new <= 0.5 * worst:
                 current, worst = trial, new
@@ -237,19 +244,19 @@ def robust(delta, strips, operator, inverse, level, linear, curves, polar_index,
                     continue
                 here, there = _rest(j, inverse, level, values), _rest(m, inverse, level, values)
                 root = _first_root(j, current[j], here, strips, linear, curves[polar_index[j]],
-                                   inverse, level, out, values[j])
+                                   inverse, level, values[j])
                 current[j] += damping * (root - current[j])
                 if m != j:
                     root = _first_root(
                         m, current[m], there, strips, linear, curves[polar_index[m]], inverse,
-                        level, out, values[m])
+                        level, values[m])
                     current[m] += damping * (root - current[m])
                 if damping < 1.0:
-                    _strip(j, current[j], strips, linear, curves[polar_index[j]], out, values[j])
-                    _strip(m, current[m], strips, linear, curves[polar_index[m]], out, values[m])
+                    _strip(j, current[j], strips, linear, curves[polar_index[j]], values[j])
+                    _strip(m, current[m], strips, linear, curves[polar_index[m]], values[m])
             forward = not forward
         worst = _imbalance(
-            current, strips, linear, curves, polar_index, inverse, level, out, values, force)
+            current, strips, linear, curves, polar_index, inverse, level, values, force)
         history[iterations] = worst
         if worst < 0.7 * best:
             best = worst
@@ -261,7 +268,7 @@ def robust(delta, strips, operator, inverse, level, linear, curves, polar_index,
     for j in range(n):
         if strips[7, j] != 0.0:
             phi = potential_angle(
-                curves[polar_index[j]], current[j] + strips[6, j], linear, out)[0]
+                curves[polar_index[j]], current[j] + strips[6, j], linear)[0]
             delta[j] = wrap(phi - current[j] + strips[5, j])
     operating_points(delta, strips, operator, linear, alpha, circulation, speed)
     local_residual(strips, curves, polar_index, alpha, circulation, speed, residual)

@@ -29,7 +29,7 @@ from poststall_sim.aero.decambering import (
     strip_theory,
     wrap,
 )
-from poststall_sim.aero.polars import section
+from poststall_sim.aero.polars import lift
 
 
 class Scheme(enum.Enum):
@@ -144,25 +144,21 @@ def _target(curve, alpha, shift, cl, sigma):
     The point moves along (alpha + (sigma / 2 pi - 1) x, cl + sigma x); the nearest crossing with
     the curve is walked to in steps and finished by bisection, on the curve itself.
     """
-    out = np.empty(4)
     rate = sigma / TWO_PI - 1.0
-    section(curve, alpha + shift, out)
-    start = cl - out[0]
+    start = cl - lift(curve, alpha + shift)[0]
     if start == 0.0:
         return 0.0
     step = -math.copysign(SEARCH_STEP, start / sigma)
     low, at_low = 0.0, start
     while abs(low) < SEARCH_RANGE:
         high = low + step
-        section(curve, alpha + shift + rate * high, out)
-        at_high = cl + sigma * high - out[0]
+        at_high = cl + sigma * high - lift(curve, alpha + shift + rate * high)[0]
         if at_high * start <= 0.0:
             middle = high
             for _ in range(50):
                 share = min(max(at_low / (at_low - at_high), 0.02), 0.98)
                 middle = low + share * (high - low)
-                section(curve, alpha + shift + rate * middle, out)
-                at_middle = cl + sigma * middle - out[0]
+                at_middle = cl + sigma * middle - lift(curve, alpha + shift + rate * middle)[0]
                 if at_middle * start <= 0.0:
                     high, at_high = middle, at_middle
                 else:
