@@ -1,0 +1,118 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""What the simulator counts while it flies, and the diagnostics made from it."""
+
+import importlib.util
+
+from poststall_sim.frames import rotation
+from poststall_sim.ros.commands import CommandDesk, Source
+from poststall_sim.ros.messages import Refusal
+from poststall_sim.ros.pacing import Pacer
+from poststall_sim.state import Snapshot, Status
+from poststall_sim.topics import Condition, Level, SolverTally
+
+OPTIONAL = ('tf2_msgs', 'simulation_interfaces')
+"""Message packages that a full ROS installation has and that are not on PyPI."""
+
+
+def missing_parts() -> list[str]:
+    """Return which optional packages cannot be imported here."""
+    return [name for name in OPTIONAL if importlib.util.find_spec(name) is None]
+
+
+class Health:
+    """Counters of one node, and the conditions that say how it does."""
+
+    def __init__(self, node_name: str, closure: str) -> None:
+        self._name = node_name
+        self._closure = closure
+        self._missing = ', '.join(missing_parts()) or 'none'
+        self.tally = SolverTally()
+        self.refused = dict.fromkeys(Refusal, 0)
+        self.unknown_names = 0
+        self.step_ns = 0
+        self.step_max_ns = 0
+        self.busy_ns = 0
+        self._pace_before = (0, 0, 0, 0)   # steps, running, late, lost
+        self._refused_before = 0
+
+    def stepped(self, snapshot: Snapshot, step_ns: int, busy_ns: int) -> None:
+        """Count one step, the wall time of its computing and of all that came with it [ns]."""
+        self.tally.add(snapshot)
+        self.step_ns += step_ns
+        self.step_max_ns = max(self.step_max_ns, step_ns)
+        self.busy_ns += busy_ns
+
+    def stopped(self, reason: str) -> None:
+        """Count a flight that could not go on, if that was the solver's doing."""
+        if not reason.startswith('ground'):
+            self.tally.statuses[Status.DIVERGED] += 1
+
+    def flight(self, snapshot: Snapshot, *, paused: bool, reason: str | None,
+               clock_sources: int) -> Condition:
+        """Say whether the flight goes on, and if not, why."""
+        if clock_sources > 1:
+            level, text = Level.ERROR, f'{clock_sources} nodes publish /clock, one may'
+        elif reason:
+            level, text = Level.WARN if reason.startswith('ground') else Level.ERROR, reason
+        else:
+            level, text = Level.OK, 'paused' if paused else 'flying'
+        return Condition(level, f'{self._name}: flight', text, {
+            'paused': paused,
+            'paused_reason': reason or '',
+            'time_s': snapshot.time,
+            'airspeed_m_s': float(snapshot.airspeed),
+            'alpha_rad': float(snapshot.alpha),
+            'beta_rad': float(snapshot.beta),
+            'altitude_m': snapshot.body.altitude,
+            'sink_rate_m_s': float(
+                (rotation(snapshot.body.q_NB) @ snapshot.body.velocity_B)[2]),
+            'optional_parts_missing': self._missing})
+
+    def pace(self, pacer: Pacer) -> Condition:
+        """Say how well simulated time keeps up with wall time."""
+        steps, running, late, lost = self._pace_before
+        self._pace_before = (pacer.steps, pacer.running_ns, pacer.late, pacer.lost_ns)
+        passed = pacer.running_ns - running
+        now = (pacer.steps - steps) * pacer.dt_ns / passed if passed else 0.0
+        slow = pacer.lost_ns > lost
+        late_now = pacer.late - late
+        level, text = Level.OK, 'on time'
+        if slow:
+            level, text = Level.WARN, 'slower than asked: time was lost'
+        elif late_now > 0.01 * max(pacer.steps - steps, 1):
+            level, text = Level.WARN, f'{late_now} late steps since the last report'
+        count = max(self.tally.steps, 1)
+        return Condition(level, f'{self._name}: pace', text, {
+            'real_time_factor_asked': pacer.factor,
+            'real_time_factor': pacer.achieved,
+            'real_time_factor_now': now,
+            'dt_s': pacer.dt_ns * 1e-9,
+            'steps': pacer.steps,
+            'late_ticks': pacer.late,
+            'lag_max_ms': pacer.lag_max_ns * 1e-6,
+            'lost_time_s': pacer.lost_ns * 1e-9,
+            'step_time_mean_us': self.step_ns / count * 1e-3,
+            'step_time_max_us': self.step_max_ns * 1e-3,
+            'headroom': self.tally.steps * pacer.dt_ns / self.busy_ns if self.busy_ns else 0.0})
+
+    def solver(self, snapshot: Snapshot) -> Condition:
+        """Say how the decambering does."""
+        return self.tally.condition(f'{self._name}: solver', snapshot, self._closure)
+
+    def commands(self, desk: CommandDesk, time_ns: int, source_asked: str) -> Condition:
+        """Say who flies, and what was not obeyed."""
+        age = desk.age(time_ns)
+        bad = sum(self.refused.values()) + self.unknown_names + desk.clamped
+        news = bad > self._refused_before
+        self._refused_before = bad
+        flown = 'nobody commands' if desk.source is Source.NONE else f'{desk.source.value} flies'
+        values = {
+            'source_asked': source_asked, 'source': desk.source.value,
+            'age_s': -1.0 if age is None else age,
+            'accepted': desk.accepted, 'beyond_limits': desk.clamped,
+            'unknown_names': self.unknown_names}
+        values.update({refusal.value: count for refusal, count in self.refused.items()})
+        return Condition(
+            Level.WARN if news else Level.OK, f'{self._name}: commands',
+            f'{flown}; commands were refused, cut or named the unknown' if news else flown, values)

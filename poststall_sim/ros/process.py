@@ -1,0 +1,88 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""A node as a process: starting, stopping on signals, exit codes."""
+
+import signal
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from poststall_sim.aircraft import ConfigError
+
+BAD_INPUT = 2
+"""Exit code of a process that was given what it cannot use."""
+
+
+class _Signals:
+    """
+    SIGINT and SIGTERM: interrupt what is being built, or ask what spins to end; once.
+
+    Compilers call back from C, where an interrupt gets lost: it is repeated until it is heard.
+    """
+
+    REPEAT = 0.1
+    """After this long an interrupt that was not heard comes again [s]."""
+
+    def __init__(self) -> None:
+        self.building = True
+        self.asked = False
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGALRM):
+            signal.signal(number, self._heard)
+        sys.unraisablehook = self._lost
+
+    def built(self) -> None:
+        """Interrupt nothing from now on."""
+        self.building = False
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+    def _heard(self, number: int, frame: object) -> None:
+        self.asked = True
+        if self.building:
+            signal.setitimer(signal.ITIMER_REAL, self.REPEAT)
+            raise KeyboardInterrupt
+
+    @staticmethod
+    def _lost(unraisable: Any) -> None:
+        if not issubclass(unraisable.exc_type, KeyboardInterrupt):
+            sys.__unraisablehook__(unraisable)
+
+
+def run(name: str, make: Callable[[], Node], args: list[str] | None = None) -> int:
+    """
+    Make a node and spin it until a signal comes or it ends itself; return the exit code.
+
+    A node ends itself by setting its ``exit_code``. Signals are handled here and not by rclpy,
+    which would close the context under a callback that is just publishing. A `ConfigError`
+    while the node is made is one line in the log and `BAD_INPUT`.
+    """
+    signals = _Signals()
+    node = None
+    try:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        node = make()
+        signals.built()
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        while rclpy.ok() and not signals.asked and getattr(node, 'exit_code', None) is None:
+            executor.spin_once(timeout_sec=0.1)
+    except KeyboardInterrupt:
+        signals.built()
+    except ConfigError as error:
+        rclpy.logging.get_logger(name).fatal(str(error))
+        return BAD_INPUT
+    except RuntimeError as error:   # what rclpy raises for --ros-args it cannot read
+        if node is not None or rclpy.ok():
+            raise
+        rclpy.logging.get_logger(name).fatal(str(error).partition(', at /')[0])
+        return BAD_INPUT
+    finally:
+        signals.built()
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return getattr(node, 'exit_code', None) or 0

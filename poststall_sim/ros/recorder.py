@@ -1,0 +1,136 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A small recorder for machines without ``ros2 bag``: every topic into a rosbag2 (MCAP).
+
+    python -m poststall_sim.ros.recorder --output DIR
+
+It subscribes like any recorder, to whatever topics there are and come, and writes the bytes as
+they arrive. The time of recording is simulated time, as with ``ros2 bag record --use-sim-time``:
+the stamp of a message that has a header, else the latest time that the simulator has shown.
+"""
+
+import argparse
+import struct
+import sys
+from typing import Any
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from rclpy.utilities import remove_ros_args
+
+from poststall_sim import topics
+from poststall_sim.aircraft import ConfigError
+from poststall_sim.recording import BagError, Recorder
+from poststall_sim.ros import messages, process
+
+LOOK_PERIOD = 0.1
+"""New topics are looked for this often [s]."""
+
+JUMP_NS = 500_000_000
+"""Simulated time that falls by more was set back; by less, messages came out of order [ns]."""
+
+SKIPPED = ('/parameter_events',)
+"""Topics not recorded: their empty arrays trip readers, and they say nothing of the flight."""
+
+
+class RecorderNode(Node):
+    """
+    Record all topics until stopped; say ``ready`` once the simulator's have all been heard.
+
+    The simulator's are those of the table in `topics`, in this node's namespace. It shows new
+    subscribers its present state even while it is paused, so that each arrives without delay.
+    """
+
+    def __init__(self, output: str, **node_options: Any) -> None:
+        super().__init__('recorder', **node_options)
+        self._heard: set[str] = set()
+        self._given_up: set[str] = set()
+        self._types: dict[str, str] = {}
+        self._now_ns = 0
+        self._ready = False
+        self._expected = {
+            self.resolve_topic_name(topic.name) for topic in topics.PUBLISHED
+            if topic.fields is not None and topic.name != 'joint_states'}
+        try:
+            self._recorder = Recorder(output)
+        except BagError as error:
+            raise ConfigError(str(error)) from None
+        self.create_timer(LOOK_PERIOD, self._look,
+                          clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self.get_logger().info(f'recording to {self._recorder.path}')
+
+    def _look(self) -> None:
+        """Subscribe to topics that are new, and see whether all that are expected came."""
+        for name, kinds in self.get_topic_names_and_types():
+            if (name not in self._types and name not in self._given_up and name not in SKIPPED
+                    and self.count_publishers(name)):
+                self._subscribe(name, kinds)
+        if not self._ready and self._expected <= self._heard:
+            self._ready = True
+            self.get_logger().info(f'ready: {len(self._types)} topics')
+
+    def _subscribe(self, name: str, kinds: list[str]) -> None:
+        try:
+            if len(kinds) > 1:
+                raise ValueError(f'it has several types, {", ".join(kinds)}')
+            if not self._recorder.knows(kinds[0]):
+                raise ValueError(f'the definition of {kinds[0]} is not known')
+            kind = messages.message_class(kinds[0])
+        except (ImportError, AttributeError, ValueError) as error:
+            self._given_up.add(name)
+            self.get_logger().warning(f'{name} is not recorded: {error}')
+            return
+        qos = self._offered(name)
+        self._types[name] = kinds[0]
+        self._recorder.add_topic(name, kinds[0], qos)
+        fields = kind.get_fields_and_field_types()
+        stamped = next(iter(fields.values()), '') == 'std_msgs/Header'
+        self.create_subscription(
+            kind, name, lambda data: self._on_message(name, stamped, data),
+            messages.qos_profile(qos), raw=True)
+
+    def _offered(self, name: str) -> topics.Qos:
+        """Return a quality of service that all present publishers of a topic can meet."""
+        offers = [info.qos_profile for info in self.get_publishers_info_by_topic(name)]
+        return topics.Qos(
+            depth=1000,
+            reliable=all(o.reliability == ReliabilityPolicy.RELIABLE for o in offers),
+            latched=all(o.durability == DurabilityPolicy.TRANSIENT_LOCAL for o in offers))
+
+    def _on_message(self, name: str, stamped: bool, data: bytes) -> None:
+        time_ns = self._now_ns
+        if name == '/clock' or stamped:   # a time is what comes first after the CDR header
+            order = '<' if data[1] & 1 else '>'
+            seconds, nanoseconds = struct.unpack_from(order + 'iI', data, 4)
+            if name == '/clock' or (seconds, nanoseconds) != (0, 0):
+                time_ns = seconds * 1_000_000_000 + nanoseconds
+            if name in self._expected and (
+                    time_ns > self._now_ns or time_ns < self._now_ns - JUMP_NS):
+                self._now_ns = time_ns
+        self._heard.add(name)
+        self._recorder.write_raw(name, data, max(time_ns, 0))
+
+    def destroy_node(self) -> None:
+        """Close the bag, then the node."""
+        self._recorder.close()
+        self.get_logger().info(
+            f'{self._recorder.messages} messages of {len(self._types)} topics in '
+            f'{self._recorder.path}')
+        super().destroy_node()
+
+
+def main(args: list[str] | None = None) -> int:
+    """Record until told to stop; return the exit code."""
+    args = sys.argv if args is None else ['recorder', *args]
+    parser = argparse.ArgumentParser(
+        prog='recorder', description='Record every topic to a rosbag2 folder (MCAP).')
+    parser.add_argument('--output', required=True, metavar='DIR',
+                        help='the folder to make; it must not exist')
+    options = parser.parse_args(remove_ros_args(args)[1:])
+    return process.run('recorder', lambda: RecorderNode(options.output), args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

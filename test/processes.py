@@ -1,0 +1,119 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""Real processes over real DDS for the node tests: start, watch, stop, talk to them."""
+
+import os
+import random
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+LIMIT = 60.0
+"""How long anything may take before a test gives up [s]; compiling for the first time does."""
+
+
+def free_domain():
+    """Return a ROS domain id in which nobody on this machine talks yet."""
+    for domain in random.sample(range(1, 101), 100):
+        try:
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as trial:
+                trial.bind(('', 7400 + 250 * domain + 10))
+        except OSError:
+            continue
+        return domain
+    raise RuntimeError('no free ROS domain')
+
+
+def environment(domain):
+    """Return the environment of a process in a domain of its own, on this machine only."""
+    return {**os.environ, 'ROS_DOMAIN_ID': str(domain),
+            'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
+
+
+class Running:
+    """A node of ours as a process; its output goes to a file."""
+
+    def __init__(self, module, *arguments, domain, log):
+        self.log = log
+        with open(log, 'wb') as output:
+            self.process = subprocess.Popen(
+                [sys.executable, '-m', f'poststall_sim.ros.{module}', *arguments],
+                env=environment(domain), stdin=subprocess.DEVNULL, stdout=output,
+                stderr=subprocess.STDOUT, start_new_session=True)
+
+    def says(self):
+        return self.log.read_text(errors='replace')
+
+    def wait_for(self, text):
+        """Wait until the output holds a text."""
+        end = time.monotonic() + LIMIT
+        while text not in self.says():
+            assert self.process.poll() is None, f'ended without {text!r}:\n{self.says()}'
+            assert time.monotonic() < end, f'no {text!r} in {LIMIT:g} s:\n{self.says()}'
+            time.sleep(0.02)
+
+    def send(self, number):
+        self.process.send_signal(number)
+
+    def ended(self, limit=20.0):
+        """Wait for the end and return the exit code."""
+        try:
+            return self.process.wait(limit)
+        except subprocess.TimeoutExpired:
+            raise AssertionError(f'still running after {limit:g} s:\n{self.says()}') from None
+
+    def kill(self):
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGKILL)
+            self.process.wait()
+
+
+class Probe:
+    """A node in this process, in the domain of the processes under test."""
+
+    def __init__(self, domain, namespace=''):
+        import rclpy
+        from rclpy.executors import SingleThreadedExecutor
+
+        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+        self.context = rclpy.Context()
+        self.context.init(args=[], domain_id=domain)
+        self.node = rclpy.create_node('probe', context=self.context, namespace=namespace)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+
+    def spin_until(self, done, what='that', limit=LIMIT):
+        """Spin until ``done`` gives something true, and return it."""
+        end = time.monotonic() + limit
+        while not (result := done()):
+            assert time.monotonic() < end, f'waited {limit:g} s for {what}'
+            self.executor.spin_once(timeout_sec=0.02)
+        return result
+
+    def collect(self, kind, topic, qos=10):
+        """Return a list that the messages of a topic are appended to."""
+        heard = []
+        self.node.create_subscription(kind, topic, heard.append, qos)
+        return heard
+
+    def publisher(self, kind, topic):
+        """Return a publisher that somebody listens to."""
+        publisher = self.node.create_publisher(kind, topic, 10)
+        self.spin_until(publisher.get_subscription_count, f'a listener of {topic}')
+        return publisher
+
+    def call(self, kind, service, **request):
+        """Call a service and return its answer."""
+        client = self.node.create_client(kind, service)
+        self.spin_until(client.service_is_ready, f'the service {service}')
+        future = client.call_async(kind.Request(**request))
+        self.spin_until(future.done, f'an answer of {service}')
+        self.node.destroy_client(client)
+        return future.result()
+
+    def close(self):
+        self.executor.shutdown()
+        self.node.destroy_node()
+        self.context.try_shutdown()

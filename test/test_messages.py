@@ -1,0 +1,138 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""Plain fields into rclpy messages and back, and commands out of messages."""
+
+import math
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='rclpy is not installed')
+
+from instants import a_layout, a_snapshot
+from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+
+from poststall_sim import topics
+from poststall_sim.frames import quaternion_from_enu_flu, swap_body_flu, swap_ned_enu
+from poststall_sim.ros.messages import (
+    Refusal,
+    RefusedCommand,
+    commands_from_array,
+    commands_from_joint_state,
+    fill,
+    message,
+    message_class,
+)
+
+PUBLISHED = [topic for topic in topics.PUBLISHED if topic.fields]
+
+
+def _assert_holds(found, fields):
+    """Assert that a message says what the fields say, whoever decoded it."""
+    for key, value in fields.items():
+        part = getattr(found, key)
+        if isinstance(value, dict):
+            _assert_holds(part, value)
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            assert len(part) == len(value)
+            for item, expected in zip(part, value):
+                _assert_holds(item, expected)
+        elif isinstance(value, np.ndarray):
+            assert np.array_equal(np.array(part), value)
+        elif isinstance(part, bytes):
+            assert part == bytes([value])
+        else:
+            assert part == value
+
+
+@pytest.mark.parametrize('topic', PUBLISHED, ids=lambda t: t.name)
+def test_what_goes_over_the_wire_is_what_the_fields_say(topic):
+    """Decoded by rclpy, and by rosbags, which shares no code with it."""
+    rosbags = pytest.importorskip('rosbags.typesys')
+    fields = topic.fields(a_snapshot(euler_deg=(10, 20, 30)), a_layout())
+    data = serialize_message(message(topic.type, fields))
+    _assert_holds(deserialize_message(data, message_class(topic.type)), fields)
+    store = rosbags.get_typestore(rosbags.Stores.ROS2_JAZZY)
+    _assert_holds(store.deserialize_cdr(data, topic.type), fields)
+
+
+@pytest.mark.parametrize('topic', PUBLISHED, ids=lambda t: t.name)
+def test_a_kept_message_refilled_is_as_good_as_a_new_one(topic):
+    kept = message(topic.type, topic.fields(a_snapshot(), a_layout()))
+    later = a_snapshot(euler_deg=(-40, 70, 200), time_ns=7_000_000_123, alpha=-0.3,
+                       strips=4, force_B=np.array([1.0, 2.0, 3.0]))
+    fields = topic.fields(later, a_layout(strip_y=np.arange(4.0)))
+    assert fill(kept, fields) == message(topic.type, fields)
+
+
+def test_an_array_may_change_its_length():
+    kept = message('std_msgs/msg/Float64MultiArray', {'data': np.arange(3.0)})
+    assert fill(kept, {'data': np.arange(5.0)}).data.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
+
+
+def test_diagnostics_keep_level_and_values():
+    found = message('diagnostic_msgs/msg/DiagnosticArray', topics.diagnostics_fields(
+        5, 'x', [topics.Condition(topics.Level.ERROR, 'n', 'm', {'k': 1.5})]))
+    assert found.status[0].level == b'\x02'
+    assert found.status[0].values[0].key == 'k' and found.status[0].values[0].value == '1.5'
+
+
+def test_a_state_survives_the_way_to_ros_and_back():
+    for euler_deg in ((0, 0, 0), (170, -80, 300), (5, 89.9, 10), (-90, 45, -120)):
+        snapshot = a_snapshot(euler_deg=euler_deg)
+        layout = a_layout()
+        odom = message('nav_msgs/msg/Odometry', next(
+            t for t in PUBLISHED if t.name == 'odom').fields(snapshot, layout))
+        p, q = odom.pose.pose.position, odom.pose.pose.orientation
+        v = odom.twist.twist.linear
+        assert swap_ned_enu(np.array([p.x, p.y, p.z])) == pytest.approx(snapshot.body.position_N)
+        assert swap_body_flu(np.array([v.x, v.y, v.z])) == pytest.approx(snapshot.body.velocity_B)
+        back = quaternion_from_enu_flu(np.array([q.x, q.y, q.z, q.w]))
+        assert abs(back @ snapshot.body.q_NB) == pytest.approx(1.0, abs=1e-12)
+
+
+NAMES = ('aileron', 'elevator', 'throttle')
+
+
+def joints(names, positions):
+    return JointState(name=names, position=positions)
+
+
+def test_a_joint_state_commands_by_name():
+    found = commands_from_joint_state(joints(['elevator', 'flap'], [-0.1, 0.2]), NAMES)
+    assert found.values == {'elevator': -0.1}
+    assert found.unknown == ('flap',)
+
+
+@pytest.mark.parametrize(('names', 'positions', 'refusal', 'text'), [
+    (['elevator'], [math.nan], Refusal.NOT_FINITE, 'elevator is nan'),
+    (['aileron', 'elevator'], [0.0, math.inf], Refusal.NOT_FINITE, 'elevator is inf'),
+    (['flap'], [-math.inf], Refusal.NOT_FINITE, 'flap is -inf'),
+    (['elevator'], [], Refusal.LENGTH, 'name has 1 entries and position 0'),
+    (['elevator'], [0.1, 0.2], Refusal.LENGTH, 'name has 1 entries and position 2'),
+    ([], [], Refusal.LENGTH, 'empty'),
+    (['elevator', 'elevator'], [0.1, 0.2], Refusal.DUPLICATE, 'elevator named more than once'),
+])
+def test_a_bad_joint_state_is_refused_whole(names, positions, refusal, text):
+    with pytest.raises(RefusedCommand, match=text) as caught:
+        commands_from_joint_state(joints(names, positions), NAMES)
+    assert caught.value.refusal is refusal
+    assert isinstance(caught.value, ValueError)
+
+
+def test_an_array_commands_in_order():
+    found = commands_from_array(Float64MultiArray(data=[0.1, -0.2, 0.5]), NAMES)
+    assert found.values == {'aileron': 0.1, 'elevator': -0.2, 'throttle': 0.5}
+
+
+@pytest.mark.parametrize(('data', 'refusal', 'text'), [
+    ([], Refusal.LENGTH, 'got 0 values, expected 3'),
+    ([0.0] * 4, Refusal.LENGTH, 'got 4 values, expected 3 .* aileron, elevator, throttle'),
+    ([0.0, math.nan, 0.0], Refusal.NOT_FINITE, 'elevator is nan'),
+])
+def test_a_bad_array_is_refused_whole(data, refusal, text):
+    with pytest.raises(RefusedCommand, match=text) as caught:
+        commands_from_array(Float64MultiArray(data=data), NAMES)
+    assert caught.value.refusal is refusal

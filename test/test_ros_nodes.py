@@ -1,0 +1,398 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""The nodes as their users meet them: processes of their own, over DDS."""
+
+import math
+import signal
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='rclpy is not installed')
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped, Vector3Stamped, WrenchStamped
+from processes import LIMIT, Probe, Running, free_domain
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import GetParameters, SetParameters
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64, Float64MultiArray
+from std_srvs.srv import SetBool, Trigger
+
+from poststall_sim import recording, topics
+
+pytestmark = [pytest.mark.ros, pytest.mark.timeout(180)]
+
+BEST_EFFORT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def nanoseconds(stamp):
+    return stamp.sec * 1_000_000_000 + stamp.nanosec
+
+
+@pytest.fixture
+def start(tmp_path):
+    """Start nodes in one domain; what still runs at the end is killed."""
+    domain, running = free_domain(), []
+
+    def start(module, *arguments, ros=()):
+        if ros:
+            arguments += ('--ros-args', *ros)
+        running.append(Running(
+            module, *arguments, domain=domain, log=tmp_path / f'{module}{len(running)}.log'))
+        return running[-1]
+
+    start.domain = domain
+    yield start
+    for process in running:
+        process.kill()
+
+
+@pytest.fixture
+def probe(start):
+    probe = Probe(start.domain)
+    yield probe
+    probe.close()
+
+
+def parameter(name, value):
+    kinds = {bool: (ParameterType.PARAMETER_BOOL, 'bool_value'),
+             int: (ParameterType.PARAMETER_INTEGER, 'integer_value'),
+             float: (ParameterType.PARAMETER_DOUBLE, 'double_value'),
+             str: (ParameterType.PARAMETER_STRING, 'string_value'),
+             list: (ParameterType.PARAMETER_DOUBLE_ARRAY, 'double_array_value')}
+    kind, key = kinds[type(value)]
+    return Parameter(name=name, value=ParameterValue(type=kind, **{key: value}))
+
+
+def set_parameter(probe, name, value, node='/simulator'):
+    answer = probe.call(
+        SetParameters, f'{node}/set_parameters', parameters=[parameter(name, value)])
+    return answer.results[0]
+
+
+def send_until(probe, publisher, message, done, what):
+    """Repeat a command, as an autopilot does, until something shows; best effort may lose one."""
+    def again():
+        publisher.publish(message)
+        return done()
+    probe.spin_until(again, what, limit=30.0)
+
+
+class Reports:
+    """The latest diagnostics, and waiting for what they say."""
+
+    def __init__(self, probe):
+        self.probe = probe
+        self.heard = probe.collect(DiagnosticArray, '/diagnostics')
+
+    def level(self, name):
+        return next(s.level[0] for s in self.heard[-1].status if s.name == f'simulator: {name}')
+
+    def value(self, name, key):
+        if not self.heard:
+            return None
+        status = next(s for s in self.heard[-1].status if s.name == f'simulator: {name}')
+        return next(item.value for item in status.values if item.key == key)
+
+    def wait_for(self, name, key, value):
+        self.probe.spin_until(lambda: self.value(name, key) == value, f'{name} {key} {value}')
+
+
+def test_paused_stepped_flown_and_stopped(start, probe):
+    """Clock while paused, lock-step, late subscribers, real time, run-time changes, SIGINT."""
+    simulator = start('simulator', ros=[
+        '-p', 'start_paused:=true', '-p', 'rates.diagnostics:=10.0'])
+    clocks = probe.collect(Clock, '/clock', BEST_EFFORT)
+    probe.spin_until(lambda: len(clocks) >= 5, 'the clock of a paused simulator')
+    assert {nanoseconds(clock.clock) for clock in clocks} == {0}
+
+    # Who comes late sees the present state, and the geometry.
+    poses = probe.collect(PoseStamped, 'pose')
+    strip_y = probe.collect(Float64MultiArray, 'strip_y', LATCHED)
+    probe.spin_until(lambda: poses and strip_y, 'a pose and strip_y while paused')
+    assert poses[0].header.frame_id == 'map'
+    assert poses[0].pose.position.z == pytest.approx(150.0)
+    names = probe.call(GetParameters, '/simulator/get_parameters',
+                       names=['surfaces', 'strip_names'])
+    surfaces, strip_names = (list(v.string_array_value) for v in names.values)
+    assert surfaces == ['aileron', 'elevator', 'rudder', 'throttle']
+    assert len(strip_names) == len(strip_y[0].data)
+
+    # One step is one dt, whoever asks; several are several.
+    reports = Reports(probe)
+    probe.spin_until(lambda: reports.heard, 'diagnostics')
+    dt = round(float(reports.value('pace', 'dt_s')) * 1e9)
+    poses.clear()
+    assert probe.call(Trigger, 'step').success
+    probe.spin_until(lambda: poses, 'the pose after a step')
+    assert nanoseconds(poses[-1].header.stamp) == dt
+    assert set_parameter(probe, 'step_count', 7).successful
+    assert probe.call(Trigger, 'step').success
+    probe.spin_until(lambda: nanoseconds(poses[-1].header.stamp) == 8 * dt, 'eight steps')
+
+    # Stamps advance with wall time; pausing is idempotent; a flying simulator is not stepped.
+    assert probe.call(SetBool, 'pause', data=False).success
+    assert probe.call(SetBool, 'pause', data=False).success
+    refused = probe.call(Trigger, 'step')
+    assert not refused.success and 'pause first' in refused.message
+    begin = nanoseconds(poses[-1].header.stamp)
+    began = probe.node.get_clock().now().nanoseconds
+    probe.spin_until(lambda: nanoseconds(poses[-1].header.stamp) > begin + 2_500_000_000,
+                     '2.5 s of flight')
+    flown = nanoseconds(poses[-1].header.stamp) - begin
+    assert flown / (probe.node.get_clock().now().nanoseconds - began) == pytest.approx(
+        1.0, abs=0.04)
+    stamps = np.array([nanoseconds(pose.header.stamp) for pose in poses])
+    assert (stamps % dt == 0).all()
+    moving = np.diff(stamps[stamps > begin])
+    assert moving.min() >= dt and np.median(moving) <= 20_000_000 + dt
+
+    # What may change while it runs, and what may not.
+    result = set_parameter(probe, 'command.source', 'nobody')
+    assert not result.successful and 'auto, pilot, autopilot' in result.reason
+    result = set_parameter(probe, 'uvlm.chordwise', 8)
+    assert not result.successful and 'read-only' in result.reason
+    assert set_parameter(probe, 'real_time_factor', 0.5).successful
+    reports.wait_for('pace', 'real_time_factor_asked', '0.5')
+    assert probe.call(Trigger, 'reset').success
+    probe.spin_until(lambda: poses[-1].pose.position.y < 10.0, 'the reset')
+    assert nanoseconds(poses[-1].header.stamp) > begin   # time goes on
+
+    # Wind is where it blows to: to the south, it meets an aircraft that flies north.
+    winds = probe.collect(Vector3Stamped, 'wind/applied')
+    speeds = probe.collect(Float64, 'air_data/airspeed')
+    probe.spin_until(lambda: winds and speeds, 'wind and airspeed')
+    assert (winds[-1].vector.x, winds[-1].vector.y) == (0.0, 0.0)
+    before = speeds[-1].data
+    assert not set_parameter(probe, 'wind.velocity', [0.0, math.nan, 0.0]).successful
+    assert set_parameter(probe, 'wind.velocity', [0.5, -2.0, 0.0]).successful
+    probe.spin_until(lambda: winds[-1].vector.y == -2.0 and winds[-1].vector.x == 0.5, 'wind')
+    probe.spin_until(lambda: speeds[-1].data > before + 1.0, 'the airspeed to rise')
+
+    simulator.send(signal.SIGINT)
+    simulator.send(signal.SIGINT)
+    assert simulator.ended() == 0
+    assert 'Traceback' not in simulator.says()
+
+
+def test_alpha_answers_the_elevator_and_bad_commands_do_not_stop_the_flight(start, probe):
+    simulator = start('simulator', ros=['-p', 'rates.diagnostics:=20.0'])
+    alphas = probe.collect(Float64, 'air_data/alpha')
+    joints = probe.collect(JointState, 'joint_states')
+    wrenches = probe.collect(WrenchStamped, 'wrench')
+    reports = Reports(probe)
+    command = probe.publisher(JointState, 'autopilot/surface_cmd')
+    array = probe.publisher(Float64MultiArray, 'surface_commands')
+    probe.spin_until(lambda: alphas and joints and reports.heard and wrenches, 'the first state')
+    trim_alpha = alphas[-1].data
+    trim = dict(zip(joints[-1].name, joints[-1].position))
+    assert wrenches[-1].wrench.force.z == pytest.approx(9.0 * 9.81, rel=0.05)   # lift: weight
+
+    def elevator_of(message):
+        return dict(zip(message.name, message.position))['elevator']
+
+    # Trailing edge up lifts the nose; down lowers it.
+    up = JointState(name=['elevator'], position=[trim['elevator'] - 0.07])
+    send_until(probe, command, up, lambda: alphas[-1].data > trim_alpha + 0.03, 'alpha to rise')
+    assert elevator_of(joints[-1]) == pytest.approx(up.position[0])
+    down = [trim[name] + (0.07 if name == 'elevator' else 0.0) for name in joints[-1].name]
+    send_until(probe, array, Float64MultiArray(data=down),
+               lambda: alphas[-1].data < trim_alpha - 0.03, 'alpha to fall')
+    assert elevator_of(joints[-1]) == pytest.approx(down[1])
+
+    # None of these moves anything; each is counted.
+    for message, key in (
+            (JointState(name=['elevator', 'rudder'], position=[0.0, math.nan]),
+             'refused_not_finite'),
+            (JointState(name=['elevator'], position=[0.0, 1.0]), 'refused_wrong_length'),
+            (JointState(name=['rudder', 'rudder'], position=[0.0, 1.0]),
+             'refused_duplicate_name'),
+            (JointState(name=['flap'], position=[0.1]), 'unknown_names')):
+        command.publish(message)
+        reports.wait_for('commands', key, '1')
+    array.publish(Float64MultiArray(data=[0.0]))
+    reports.wait_for('commands', 'refused_wrong_length', '2')
+    array.publish(Float64MultiArray(data=[0.0, math.inf, 0.0, 0.0]))
+    reports.wait_for('commands', 'refused_not_finite', '2')
+    assert elevator_of(joints[-1]) == pytest.approx(down[1])
+    assert dict(zip(joints[-1].name, joints[-1].position))['rudder'] == trim['rudder']
+
+    # Beyond limits: cut, counted, and the pilot goes before the autopilot.
+    pilot = probe.publisher(JointState, 'pilot/surface_cmd')
+    send_until(probe, pilot, JointState(name=['elevator', 'throttle'], position=[-3.0, 7.0]),
+               lambda: elevator_of(joints[-1]) == pytest.approx(math.radians(-30.0)),
+               'the elevator at its limit')
+    probe.spin_until(lambda: reports.value('commands', 'beyond_limits') != '0', 'the count')
+    assert dict(zip(joints[-1].name, joints[-1].position))['throttle'] == 1.0
+    count = len(alphas)
+    probe.spin_until(lambda: len(alphas) > count + 10, 'the flight to go on')
+    assert reports.value('flight', 'paused') == 'false'
+    assert simulator.says().count('there is no control flap') == 1
+    assert all(math.isfinite(alpha.data) for alpha in alphas)
+    simulator.send(signal.SIGTERM)
+    assert simulator.ended() == 0
+
+
+def test_namespace_remap_and_parameter_file(start, probe, tmp_path):
+    """What a user's launch file does: all of it reaches the node, for one of two aircraft."""
+    (tmp_path / 'parameters.yaml').write_text("""
+/left/simulator:
+  ros__parameters:
+    aircraft: trainer
+    initial: {airspeed: 18.0, altitude: 1000.0}
+    frames: {prefix: left/}
+    rates: {state: 10.0}
+    wind: {velocity: [0.0, 3.0, 0.0]}
+""")
+    simulator = start('simulator', ros=[
+        '-r', '__ns:=/left', '-r', 'wrench:=forces', '-r', '/clock:=/left/clock',
+        '--params-file', str(tmp_path / 'parameters.yaml'), '-p', 'initial.altitude:=900.0'])
+    forces = probe.collect(WrenchStamped, '/left/forces')
+    poses = probe.collect(PoseStamped, '/left/pose')
+    clocks = probe.collect(Clock, '/left/clock', BEST_EFFORT)
+    probe.spin_until(lambda: len(forces) > 5 and poses and len(clocks) > 5, 'the remapped topics')
+    assert forces[0].header.frame_id == 'left/base_link'
+    assert poses[0].pose.position.z == pytest.approx(900.0, abs=1.0)
+    # Trimmed in the wind: through the air at 18 m/s to the north, drifting with 3 m/s more.
+    poses.clear()
+    probe.spin_until(lambda: len(poses) > 5, 'more poses')
+    north = [pose.pose.position.y for pose in poses]
+    times = [nanoseconds(pose.header.stamp) * 1e-9 for pose in poses]
+    assert np.polyfit(times, north, 1)[0] == pytest.approx(21.0, abs=0.2)
+    stamps = np.array([nanoseconds(force.header.stamp) for force in forces])
+    assert np.diff(stamps).mean() == pytest.approx(1e8, rel=0.1)
+    assert not probe.node.count_publishers('/clock')
+    simulator.send(signal.SIGTERM)
+    assert simulator.ended() == 0
+
+
+def test_parameters_act(start, probe):
+    """Those that no other test needs: each changes what can be seen."""
+    start('simulator', ros=[
+        '-p', 'publish_clock:=false', '-p', 'real_time_factor:=0.0', '-p', 'dt:=0.004',
+        '-p', 'max_steps_per_wake:=3', '-p', 'frames.map:=world', '-p', 'frames.base:=body',
+        '-p', 'rates.strips:=0.0', '-p', 'rates.wind:=1.0', '-p', 'reset.time:=true',
+        '-p', 'rates.diagnostics:=10.0', '-p', 'decambering.enabled:=false',
+        '-p', 'command.on_timeout:=neutral', '-p', 'command.timeout:=3.0'])
+    poses = probe.collect(PoseStamped, 'pose')
+    winds = probe.collect(Vector3Stamped, 'wind/applied')
+    strips = probe.collect(Float64MultiArray, 'strip_cl')
+    joints = probe.collect(JointState, 'joint_states')
+    wrenches = probe.collect(WrenchStamped, 'wrench')
+    reports = Reports(probe)
+    probe.spin_until(lambda: len(winds) > 2 and reports.heard, 'messages')
+    assert poses[0].header.frame_id == 'world' and wrenches[0].header.frame_id == 'body'
+    assert reports.value('pace', 'dt_s') == '0.004'
+    assert reports.value('solver', 'closure').startswith('off')
+    assert not strips
+    assert not probe.node.count_publishers('strip_cl')   # off is off, its rate being 0
+    assert not probe.node.count_publishers('/clock')
+    gaps = np.diff([nanoseconds(wind.header.stamp) for wind in winds])
+    assert gaps == pytest.approx(1e9, abs=8e6)
+    assert float(reports.value('pace', 'real_time_factor')) > 1.1   # as fast as possible
+
+    # After 3 s of silence the controls are neutral, the throttle closed.
+    probe.spin_until(lambda: not any(joints[-1].position), 'neutral controls')
+    assert any(joints[0].position) or nanoseconds(joints[0].header.stamp) > 3_000_000_000
+    late = nanoseconds(poses[-1].header.stamp)
+    assert probe.call(Trigger, 'reset').success
+    probe.spin_until(lambda: nanoseconds(poses[-1].header.stamp) < late, 'time to start again')
+
+
+def test_what_cannot_be_flown_is_one_line_and_exit_code_2(start):
+    cases = [
+        (['-p', 'use_sim_time:=true'], 'use_sim_time'),
+        (['-p', 'aircraft:=trianer'], "found no file 'trianer'"),
+        (['-p', 'real_time_factor:=-1.0'], 'real_time_factor'),
+        (['-p', 'dt:=0.5'], 'dt must be'),
+        (['--params-file', '/nowhere.yaml'], '/nowhere.yaml')]
+    processes = [(start('simulator', ros=arguments), text) for arguments, text in cases]
+    for process, text in processes:
+        assert process.ended(LIMIT) == 2
+        fatal = [line for line in process.says().splitlines() if '[FATAL]' in line]
+        assert len(fatal) == 1 and text in fatal[0]
+        assert 'Traceback' not in process.says()
+
+
+def test_a_signal_while_it_compiles_ends_it_at_once(start):
+    simulator = start('simulator')
+    simulator.wait_for('building the lattice')
+    simulator.send(signal.SIGTERM)
+    assert simulator.ended() == 0
+    assert 'Traceback' not in simulator.says()
+
+
+def test_ground_contact_pauses_with_its_reason_until_reset(start, probe):
+    start('simulator', ros=[
+        '-p', 'initial.altitude:=2.0', '-p', 'start_paused:=true', '-p', 'step_count:=2000',
+        '-p', 'rates.diagnostics:=10.0', '-p', 'command.timeout:=100.0'])
+    reports = Reports(probe)
+    poses = probe.collect(PoseStamped, 'pose')
+    pilot = probe.publisher(JointState, 'pilot/surface_cmd')
+    send_until(probe, pilot, JointState(name=['elevator'], position=[0.3]),   # down
+               lambda: reports.value('commands', 'accepted') not in (None, '0'), 'the command')
+    answer = probe.call(Trigger, 'step')
+    assert not answer.success and 'ground contact' in answer.message
+    probe.spin_until(lambda: 'ground contact' in reports.value('flight', 'paused_reason'),
+                     'the reason in diagnostics')
+    assert reports.level('flight') == int(topics.Level.WARN)
+    assert not probe.call(SetBool, 'pause', data=False).success
+    assert probe.call(Trigger, 'reset').success
+    assert probe.call(SetBool, 'pause', data=False).success
+    probe.spin_until(lambda: poses[-1].pose.position.z == pytest.approx(2.0, abs=0.2),
+                     'the flight to begin again')
+
+
+def test_pilot_and_recorder_make_a_bag_of_a_scenario(start, tmp_path):
+    """A paused simulator flies when the pilot is there; the recorder misses nothing of it."""
+    (tmp_path / 'pull.yaml').write_text("""
+name: pull
+duration_s: 2.0
+initial: {airspeed_m_s: 15.0, altitude_m: 300.0}
+channels:
+  elevator: {relative: true, points_deg: [[0.5, 0.0], [1.0, -3.0]]}
+""")
+    simulator = start('simulator', ros=['-p', 'start_paused:=true'])
+    recorder = start('recorder', '--output', str(tmp_path / 'bag'))
+    recorder.wait_for('ready')
+    pilot = start('pilot', ros=['-p', f'scenario:={tmp_path / "pull.yaml"}',
+                                '-p', 'exit_when_done:=true'])
+    assert pilot.ended(LIMIT) == 0
+    recorder.send(signal.SIGINT)
+    simulator.send(signal.SIGINT)
+    assert recorder.ended() == simulator.ended() == 0
+    again = start('recorder', '--output', str(tmp_path / 'bag'))
+
+    series = recording.read(tmp_path / 'bag')
+    published = {'/' + topic.name.lstrip('/') for topic in topics.PUBLISHED}
+    assert published | {'/pilot/surface_cmd'} <= set(series)
+    assert not any(found.skipped for found in series.values())
+    pose, commands = series['/pose'], series['/pilot/surface_cmd']
+    assert pose.time[0] == 0.0 and pose.time[-1] >= 2.0
+    flown = pose.time[pose.time <= 2.0]
+    assert len(np.unique(flown)) == pytest.approx(100, abs=3)   # 50 Hz, none lost
+    assert np.count_nonzero((commands.time > 0.0) & (commands.time < 2.0)) >= 100
+    elevator = series['/joint_states'].by_name()['elevator']
+    assert elevator[-1] - elevator[0] == pytest.approx(math.radians(-3.0), abs=1e-6)
+    assert series['/air_data/alpha']['data'][-1] > series['/air_data/alpha']['data'][0] + 0.02
+
+    assert again.ended() == 2 and 'exists already' in again.says()   # never written over
+
+
+def test_a_pilot_without_his_scenario_or_with_another_s_controls_ends_with_2(start, tmp_path):
+    (tmp_path / 'flap.yaml').write_text("""
+name: flap
+duration_s: 2.0
+initial: {airspeed_m_s: 15.0, altitude_m: 300.0}
+channels:
+  flap: {relative: true, points_deg: [[0.5, 0.0]]}
+""")
+    nowhere = start('pilot', ros=['-p', 'scenario:=nowhere'])
+    start('simulator', ros=['-p', 'start_paused:=true'])
+    stranger = start('pilot', ros=['-p', f'scenario:={tmp_path / "flap.yaml"}'])
+    assert nowhere.ended(LIMIT) == 2 and 'nowhere' in nowhere.says()
+    assert stranger.ended(LIMIT) == 2 and 'moves flap' in stranger.says()

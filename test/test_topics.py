@@ -1,0 +1,174 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""The table of topics: axes against attitudes made by hand, and what no field may be."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from instants import a_layout, a_snapshot
+
+from poststall_sim import definition, topics
+from poststall_sim.aero import lattice as lattices
+from poststall_sim.state import Status
+from poststall_sim.topics import PUBLISHED, Rate, Schedule
+
+
+def fields(name, snapshot=None, layout=None):
+    topic = next(topic for topic in PUBLISHED if topic.name == name)
+    return topic.fields(snapshot or a_snapshot(), layout or a_layout())
+
+
+def test_position_is_east_north_up():
+    position = fields('pose')['pose']['position']
+    assert position == pytest.approx({'x': 20.0, 'y': 10.0, 'z': 30.0})
+
+
+# An attitude by hand: half the angle about the axis that FLU and ENU give it.
+@pytest.mark.parametrize(('euler_deg', 'xyzw'), [
+    ((0, 0, 90), (0, 0, 0, 1)),                                          # level, to the east
+    ((0, 0, 0), (0, 0, math.sin(math.pi / 4), math.cos(math.pi / 4))),   # north: left by 90 deg
+    ((0, 0, 180), (0, 0, -math.sin(math.pi / 4), math.cos(math.pi / 4))),
+    ((0, 30, 90), (0, -math.sin(math.radians(15)), 0, math.cos(math.radians(15)))),   # nose up
+    ((30, 0, 90), (math.sin(math.radians(15)), 0, 0, math.cos(math.radians(15)))),    # right down
+    ((0, 90, 90), (0, -math.sin(math.pi / 4), 0, math.cos(math.pi / 4))),             # vertical
+])
+def test_attitude_is_that_of_flu_in_enu(euler_deg, xyzw):
+    q = fields('pose', a_snapshot(euler_deg=euler_deg))['pose']['orientation']
+    found = np.array([q[axis] for axis in 'xyzw'])
+    assert found * np.sign(found[3]) == pytest.approx(np.array(xyzw), abs=1e-12)
+
+
+def test_body_vectors_are_forward_left_up():
+    twist = fields('twist')['twist']
+    assert twist['linear'] == pytest.approx({'x': 15.0, 'y': -1.0, 'z': -2.0})
+    assert twist['angular'] == pytest.approx({'x': 0.1, 'y': -0.2, 'z': -0.3})
+    air = fields('twist/air')['twist']
+    assert air['linear'] == pytest.approx({'x': 14.0, 'y': -0.5, 'z': -1.5})
+    assert fields('odom')['twist']['twist'] == twist
+    assert fields('odom')['pose']['pose'] == fields('pose')['pose']
+
+
+def test_lift_points_up_and_a_nose_up_moment_is_negative_about_left():
+    wrench = fields('wrench')['wrench']
+    assert wrench['force'] == pytest.approx({'x': -5.0, 'y': -0.25, 'z': 90.0})
+    assert wrench['torque'] == pytest.approx({'x': 1.0, 'y': -2.0, 'z': -3.0})
+    assert fields('wrench/propulsion')['wrench']['force']['x'] == 8.0
+    accel = fields('accel')['accel']
+    assert accel['linear'] == pytest.approx({'x': 0.4, 'y': -0.5, 'z': -0.6})
+
+
+def test_wind_is_where_it_blows_to():
+    """A wind_N towards north is +y in ENU."""
+    assert fields('wind/applied')['vector'] == pytest.approx({'x': 0.0, 'y': 5.0, 'z': 0.0})
+
+
+def test_frames_and_stamps_of_one_step_are_one():
+    layout = a_layout(map_frame='world', base_frame='a/base_link')
+    headers = {topic.name: topic.fields(a_snapshot(), layout)['header'] for topic in PUBLISHED
+               if topic.fields and 'header' in topic.fields(a_snapshot(), layout)}
+    assert {header['stamp']['sec'] for header in headers.values()} == {1}
+    assert {header['stamp']['nanosec'] for header in headers.values()} == {500_000_000}
+    assert fields('/clock')['clock'] == {'sec': 1, 'nanosec': 500_000_000}
+    assert headers['pose']['frame_id'] == headers['odom']['frame_id'] == 'world'
+    assert headers['wind/applied']['frame_id'] == 'world'
+    assert headers['wrench']['frame_id'] == headers['twist/air']['frame_id'] == 'a/base_link'
+    assert fields('odom', layout=layout)['child_frame_id'] == 'a/base_link'
+
+
+def test_joint_states_hold_every_control_and_the_throttle_in_arrays_of_one_length():
+    joints = fields('joint_states')
+    assert joints['name'] == ['aileron', 'elevator', 'rudder', 'throttle']
+    assert joints['position'] == pytest.approx([0.01, -0.05, 0.02, 0.4])
+    assert len(joints['velocity']) == len(joints['effort']) == 4
+    glider = fields('joint_states', layout=a_layout(engines=False))
+    assert glider['name'] == ['aileron', 'elevator', 'rudder']
+
+
+def _leaves(value):
+    if isinstance(value, dict):
+        for item in value.values():
+            yield from _leaves(item)
+    elif isinstance(value, list) and value and isinstance(value[0], dict):
+        for item in value:
+            yield from _leaves(item)
+    else:
+        yield value
+
+
+@pytest.mark.parametrize('topic', [t for t in PUBLISHED if t.fields], ids=lambda t: t.name)
+def test_no_field_is_empty_and_every_number_is_builtin_and_finite(topic):
+    for leaf in _leaves(topic.fields(a_snapshot(), a_layout())):
+        if isinstance(leaf, np.ndarray):
+            assert leaf.dtype == np.float64 and leaf.size and np.isfinite(leaf).all()
+        elif isinstance(leaf, list):
+            assert leaf and all(type(item) is str for item in leaf)
+        else:
+            assert type(leaf) in (float, int, str)
+            assert type(leaf) is str or math.isfinite(leaf)
+
+
+def test_strips_run_from_the_left_tip_to_the_right():
+    """In FLU y is positive to the left; the surfaces come in the order of the file."""
+    aircraft = definition.aircraft(definition.find('aircraft', 'trainer'))
+    flight = SimpleNamespace(
+        model=SimpleNamespace(aircraft=aircraft, lattice=lattices.build(aircraft, 1)))
+    layout = topics.layout(flight)
+    wing = aircraft.surfaces[0]
+    y = layout.strip_y[:wing.strips]
+    half_span = wing.sections[-1].leading_edge_G[1]
+    assert (np.diff(y) < 0.0).all()
+    assert y == pytest.approx(-y[::-1])
+    assert y[0] == pytest.approx(half_span * (1.0 - 1.0 / wing.strips), rel=1e-6)
+    assert layout.strip_names[0].startswith(wing.name)
+    assert len(layout.strip_names) == len(layout.strip_y) == len(layout.strip_chord)
+
+
+def test_a_rate_that_does_not_divide_the_steps_is_met_on_average():
+    """With steps of 6 ms, 50 Hz and 20 Hz cannot be even, but 3 s hold 150 and 60."""
+    schedule = Schedule({Rate.CLOCK: 100.0, Rate.STATE: 50.0, Rate.STRIPS: 20.0, Rate.WIND: 0.0})
+    due = [topic.name for k in range(500) for topic in schedule.due(k * 6_000_000)]
+    assert due.count('pose') == 150
+    assert due.count('strip_cl') == 60
+    assert due.count('/clock') == 300
+    assert due.count('wind/applied') == 0
+    assert 'strip_y' not in due and '/diagnostics' not in due
+
+
+def test_a_rate_above_the_steps_means_every_step_once():
+    schedule = Schedule({Rate.CLOCK: 10_000.0})
+    due = [topic.name for k in range(100) for topic in schedule.due(k * 6_000_000)]
+    assert due.count('/clock') == 100
+
+
+def test_names_are_unique_and_the_clock_is_what_time_sources_subscribe_to():
+    names = [topic.name for topic in PUBLISHED + topics.COMMANDS]
+    assert len(set(names)) == len(names)
+    assert PUBLISHED[0].name == '/clock' and not PUBLISHED[0].qos.reliable
+    assert PUBLISHED[-1].name == '/diagnostics'
+    assert all(topic.qos.latched == (topic.rate is Rate.ONCE) for topic in PUBLISHED)
+
+
+def test_the_tally_says_what_the_worst_step_was():
+    tally = topics.SolverTally()
+    for iterations, residual, status in ((2, 1e-8, Status.CONVERGED),
+                                         (60, 3e-3, Status.NOT_CONVERGED),
+                                         (4, 1e-7, Status.CONVERGED)):
+        snapshot = a_snapshot(iterations=iterations, max_residual=residual, status=status)
+        tally.add(snapshot)
+    condition = tally.condition('solver', snapshot, 'nonlocal')
+    assert condition.level is topics.Level.OK
+    assert condition.values['iterations_mean'] == 22.0
+    assert condition.values['iterations_max'] == 60
+    assert condition.values['residual_max'] == 3e-3
+    assert (condition.values['converged'], condition.values['not_converged']) == (2, 1)
+    assert condition.values['stalled_strips_max'] == 2
+
+
+def test_diagnostics_are_text_that_tools_read_as_numbers():
+    found = topics.diagnostics_fields(0, 'trainer', [topics.Condition(
+        topics.Level.WARN, 'x', 'why', {'a': 0.1234567, 'b': True, 'c': 3, 'd': 'text'})])
+    status = found['status'][0]
+    assert status['level'] == 1 and status['hardware_id'] == 'trainer'
+    assert [item['value'] for item in status['values']] == ['0.123457', 'true', '3', 'text']
