@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from poststall_sim import definition, jobs, plots, recording, simulation, topics
-from poststall_sim.aero.solver import Settings
+from poststall_sim.aero.model import Settings
 from poststall_sim.aircraft import Aircraft, ConfigError
 from poststall_sim.definition import Kind
 from poststall_sim.plots.bag import FlightData, flight_data

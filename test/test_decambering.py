@@ -20,8 +20,8 @@ from poststall_sim.aero.decambering import (
     operating_points,
     section_decambering,
 )
+from poststall_sim.aero.model import Settings, build
 from poststall_sim.aero.polars import section_polar
-from poststall_sim.aero.solver import Settings, build
 from poststall_sim.state import Status
 
 FOILS = {'stalling': wings.stalling(), 'sharp': wings.stalling(0.0, 12.0, 1.0),

@@ -13,7 +13,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from poststall_sim import definition, jobs, recording, simulation, topics
-from poststall_sim.aero.solver import Settings
+from poststall_sim.aero.model import Settings
 from poststall_sim.recording import BagError, Recorder
 from poststall_sim.scenario import Channel, Scenario
 

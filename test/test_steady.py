@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 import wings
 
+from poststall_sim.aero import model as models
 from poststall_sim.aero import solver
-from poststall_sim.aero.solver import Settings, build
+from poststall_sim.aero.model import Settings, build
 
 SMALL = 1e-4
 """An incidence [rad] so small that its square is below every tolerance here."""
@@ -305,7 +306,7 @@ def test_wing_turned_about_its_chord_has_its_loads_turned_with_it():
         model = build(machine)
         turn = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])   # geometry axes, about x
         level = wings.onset(1.0, 0.28, 0.1, (0.05, 0.02, 0.01))
-        result = solver.steady(model, solver.Onset(turn @ level.velocity_G, turn @ level.rates_G),
+        result = solver.steady(model, models.Onset(turn @ level.velocity_G, turn @ level.rates_G),
                                np.zeros(0), density=wings.DENSITY)
         results.append(np.concatenate([turn.T @ result.force_G, turn.T @ result.moment_G,
                                        result.strips.delta]))

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 import wings
 
-from poststall_sim.aero import solver, wake
+from poststall_sim.aero import model as models
+from poststall_sim.aero import wake
 from poststall_sim.aero.kernels import ring_influence
-from poststall_sim.aero.solver import Settings, build
+from poststall_sim.aero.model import Settings, build
 from poststall_sim.frames import body_to_geometry, quaternion_from_euler, rotation
 from poststall_sim.state import Status
 
@@ -62,7 +63,7 @@ def plunging(rows, k, per_panel=1, periods=6):
     dt = 2.0 * math.pi / omega / steps
 
     def air(t):   # the body sinks with hdot = 0.001 cos(omega t): air from below
-        return solver.Onset(np.array([1.0, 0.0, 1e-3 * math.cos(omega * t)]), np.zeros(3))
+        return models.Onset(np.array([1.0, 0.0, 1e-3 * math.cos(omega * t)]), np.zeros(3))
 
     # Sixty chords of wake: what is lost behind them is below 0.1 % of the lift.
     lift = loads(chord(rows, 60.0), air, dt, periods * steps, 1.0)[-steps:, 2]
@@ -95,7 +96,7 @@ def test_body_gathering_speed_across_its_wings_feels_its_added_mass():
         speeding = np.array(rate)
 
         def air(t, speeding=speeding):
-            return solver.Onset(body_to_geometry(-t * speeding[:3]),
+            return models.Onset(body_to_geometry(-t * speeding[:3]),
                                 body_to_geometry(t * speeding[3:]))
 
         *_, (_, _, result) = wings.march(model, air, 0.01, 5)

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from poststall_sim import definition
+from poststall_sim.aero import model as models
 from poststall_sim.aero import solver
 from poststall_sim.aero.wake import Placement
 from poststall_sim.aircraft import (
@@ -119,7 +120,7 @@ def wing_tail(airfoil=None, strips=20, tail_strips=6):
 def onset(speed, alpha=0.0, beta=0.0, rates_B=(0.0, 0.0, 0.0)):
     """Return the air past a body that flies at speed, alpha, beta, with body rates."""
     velocity_B = velocity_from_flow_angles(speed, alpha, beta)
-    return solver.Onset(body_to_geometry(-velocity_B), body_to_geometry(np.array(rates_B)))
+    return models.Onset(body_to_geometry(-velocity_B), body_to_geometry(np.array(rates_B)))
 
 
 @dataclass(frozen=True)

@@ -19,12 +19,12 @@ from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from poststall_sim.aero import solver
+from poststall_sim.aero import model as models
 from poststall_sim.aircraft import ConfigError
 
 Settings = TypeVar('Settings')
 
-_AERO = solver.Settings()
+_AERO = models.Settings()
 
 
 def entry(name: str, default: Any, description: str, *, low: float | None = None,

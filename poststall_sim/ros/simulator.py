@@ -17,7 +17,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from poststall_sim import definition, simulation, topics
 from poststall_sim.aero.decambering import Closure
-from poststall_sim.aero.solver import Settings
+from poststall_sim.aero.model import Settings
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.frames import swap_ned_enu
 from poststall_sim.ros import messages, parameters, process
