@@ -29,24 +29,29 @@ SHELL := /bin/sh
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-8s %s\n", $$1, $$2 }' Makefile
 
-demo: .venv/installed  ## fly the stall and its recovery over DDS, record it, draw it
+demo: .venv/kernels  ## fly the stall and its recovery over DDS, record it, draw it
 	.venv/bin/python -m poststall_sim.demo $(ARGS)
 
-test: .venv/installed  ## the tests, all but the soak; ARGS='-k trim' picks some
+test: .venv/kernels  ## the tests, all but the soak; ARGS='-k trim' picks some
 	.venv/bin/pytest $(ARGS)
 
 lint: .venv/installed  ## style and import contract
 	.venv/bin/ruff check .
 	.venv/bin/lint-imports
 
-bench: .venv/installed  ## how fast, one question per benchmark
+bench: .venv/kernels  ## how fast, one question per benchmark
 	.venv/bin/pytest benchmark $(ARGS)
 
-soak: .venv/installed  ## the tests that take minutes
+soak: .venv/kernels  ## the tests that take minutes
 	.venv/bin/pytest -m soak $(ARGS)
 
 figures: .venv/installed  ## draw a bag again; BAG=folder, by default the demo's
 	.venv/bin/poststall plot $(or $(BAG),$(error no bag: run `make demo`, or give BAG=folder))
+
+# numba notices a change in a compiled function, not in one that it calls from another file.
+.venv/kernels: .venv/installed $(wildcard poststall_sim/*.py poststall_sim/aero/*.py)
+	@find poststall_sim -name '*.nb[ci]' -delete
+	touch $@
 
 # A venv of a Python that has gone, or one half made, is made again. Debian and Ubuntu keep
 # ensurepip, which gives a venv its pip, in a package of its own: without it, the pip or the
@@ -107,7 +112,8 @@ matrix:  ## python 3.11 and 3.12, each with numpy 1.26 and 2: the tests that are
 				result='FAILED to install' failed=yes
 			else
 				echo "== $$name"
-				# numba's cache does not tell one NumPy from another.
+				# numba's cache does not tell one NumPy from another; see also .venv/kernels.
+				rm -rf $$venv/numba
 				if NUMBA_CACHE_DIR=$$venv/numba $$venv/bin/pytest \
 						-m 'not slow and not soak' $(ARGS); then
 					result=passed ran=yes

@@ -31,6 +31,7 @@ extras = {
     'record': ['rosbags>=0.11'],
     'plot': ['matplotlib>=3.6'],
     'progress': ['tqdm>=4.64'],
+    'threads': ['threadpoolctl>=3.1'],
 }
 extras['all'] = sorted(sum(extras.values(), []))
 extras['test'] = [

@@ -15,6 +15,7 @@ import sys
 import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -52,24 +53,32 @@ def _complain(what: object) -> None:
 
 def _polar(arguments: argparse.Namespace) -> int:
     from poststall_sim import jobs
+    from poststall_sim.aircraft import ConfigError
+    start, earlier = arguments.start
+    up_and_down = arguments.sweep == 'updown'
+    if up_and_down and start != 'previous':
+        raise ConfigError('--sweep updown hands the decambering on: it goes with --start previous')
     model = _model(arguments)
     by_name = dict(arguments.deflect)
+    rates = (arguments.p, arguments.q, arguments.r)
+    conditions = jobs.conditions(
+        np.radians(arguments.alpha), beta=math.radians(arguments.beta), rates=rates,
+        deflected=jobs.deflections(model, {
+            name: math.radians(value) for name, value in by_name.items()}))
     points = list(_watched(
-        jobs.polar(model, np.radians(arguments.alpha), beta=math.radians(arguments.beta),
-                   airspeed=arguments.airspeed, altitude=arguments.altitude,
-                   deflected=jobs.deflections(model, {
-                       name: math.radians(value) for name, value in by_name.items()})),
-        len(arguments.alpha), 'polar'))
+        jobs.polar(model, conditions, airspeed=arguments.airspeed, altitude=arguments.altitude,
+                   up_and_down=up_and_down, random_starts=arguments.starts, seed=arguments.seed,
+                   starts=jobs.given_starts(model, conditions, earlier) if earlier else None),
+        len(conditions) * (1 + up_and_down) - up_and_down, 'polar'))
     result = {
         **_head(arguments, model), 'axes': jobs.AXES, 'strip_axes': jobs.STRIP_AXES,
         'airspeed_m_s': arguments.airspeed, 'altitude_m': arguments.altitude,
-        'deflections_deg': by_name, 'points': points}
+        'rates': dict(zip(('pb_2V', 'qc_2V', 'rb_2V'), rates)), 'deflections_deg': by_name,
+        'start': start, 'sweep': arguments.sweep, 'seed': arguments.seed, 'points': points}
+    counted = ('solutions',) if arguments.starts else ()
     _print_table(
-        ('alpha', 'CL', 'CD', 'CY', 'Cl', 'Cm', 'Cn', 'stalled', 'iterations', 'residual'),
-        ([f'{p["alpha_deg"]:z.2f}', *(f'{p[key]:z.4f}' for key in jobs.COEFFICIENTS),
-          f'{p["stalled_strips"]}/{len(p["strips"])}', str(p['iterations']),
-          f'{p["max_residual"]:.0e}' + ('' if p['status'] == 'converged' else '!')]
-         for p in points))
+        ('alpha', *jobs.COEFFICIENTS, 'stalled', 'iterations', 'residual', 'uniqueness',
+         *counted, ''), (_polar_row(point) for point in points))
     _write_json(arguments.json, result)
     if arguments.plot:
         from poststall_sim import plots
@@ -80,6 +89,20 @@ def _polar(arguments: argparse.Namespace) -> int:
     if bad:
         _complain(f'{len(bad)} of {len(points)} points did not converge, marked with !')
     return 0
+
+
+def _polar_row(point: dict[str, Any]) -> list[str]:
+    """Return the cells of a point in the table."""
+    from poststall_sim import jobs
+    good = point['status'] == 'converged'
+    unique, solutions = point['uniqueness'], point.get('solutions')
+    return [
+        f'{point["alpha_deg"]:z.2f}', *(f'{point[key]:z.4f}' for key in jobs.COEFFICIENTS),
+        f'{point["stalled_strips"]}/{len(point["strips"]["cl"])}', str(point['iterations']),
+        f'{point["max_residual"]:.0e}' + ('' if good else '!'),
+        '-' if unique is None else f'{unique:z.3f}',
+        *([f'{solutions["distinct"]}/{solutions["starts"]}'] if solutions else []),
+        ' '.join([point['status'], *point['flags']])]
 
 
 def _trim(arguments: argparse.Namespace) -> int:
@@ -200,25 +223,75 @@ def _aircraft(arguments: argparse.Namespace):
 
 def _model(arguments: argparse.Namespace):
     """Return the model that the options ask for."""
-    from poststall_sim.aero.decambering import Closure
-    given = {'chordwise': arguments.panels, 'ell': arguments.ell}
-    settings = models.Settings(
-        closure=Closure[arguments.closure.upper()], decambering=not arguments.no_decambering,
-        **{key: value for key, value in given.items() if value is not None})
+    aircraft = _aircraft(arguments)
+    names = [surface.name for surface in aircraft.surfaces]
+    strips = _of_surfaces('strips', arguments.strips, names,
+                          [surface.strips for surface in aircraft.surfaces])
+    aircraft = replace(aircraft, surfaces=tuple(
+        replace(surface, strips=int(n)) for surface, n in zip(aircraft.surfaces, strips)))
+    ell = _of_surfaces('ell', arguments.ell, names, [models.DEFAULTS.ell] * len(names))
+    settings = _settings(arguments, ell[0] if len(set(ell)) == 1 else tuple(ell))
     with _patience():
-        return models.build(_aircraft(arguments), settings)
+        return models.build(aircraft, settings)
+
+
+def _of_surfaces(option: str, given: list[dict[str, float]], names: list[str],
+                 defaults: list) -> list:
+    """Return a number for each surface: its own, that of all, or its default."""
+    from poststall_sim.aircraft import ConfigError
+    chosen = {name: value for each in given for name, value in each.items()}
+    for name in chosen:
+        if name not in ('', *names):
+            raise ConfigError(f'--{option}: there is no surface {name!r}, there are '
+                              f'{", ".join(names)}')
+    return [chosen.get(name, chosen.get('', value)) for name, value in zip(names, defaults)]
+
+
+def _settings(arguments: argparse.Namespace, ell: float | tuple[float, ...]):
+    """Return the settings that the options ask for; refuse what would have no effect."""
+    from poststall_sim.aero.decambering import AngleForm, Closure
+    from poststall_sim.aero.schemes import Scheme, Start
+    from poststall_sim.aircraft import ConfigError
+    asked = vars(arguments)
+    scheme, damping = asked.get('scheme'), asked.get('damping')
+    closure = Closure(arguments.closure or ('local' if scheme else 'nonlocal'))
+    by_scheme = closure is Closure.LOCAL and scheme in ('A', 'B', 'C', 'D')
+    start = asked.get('start', ('previous', None))[0]
+    if closure is Closure.NONLOCAL and scheme in ('A', 'B', 'C', 'D'):
+        raise ConfigError(f'scheme {scheme} solves the local closure: give --closure local')
+    if not by_scheme and damping not in (None, 1.0):
+        raise ConfigError('--damping is for schemes A to D: give --scheme')
+    if not by_scheme and start == 'schemeA1':
+        raise ConfigError('--start schemeA1 is for schemes A to D: give --scheme')
+    given = {'chordwise': arguments.panels, 'damping': damping,
+             'tolerance': asked.get('tolerance'), 'limit': asked.get('limit'),
+             'scheme': Scheme(scheme) if scheme else None}
+    return models.Settings(
+        closure=closure, ell=ell, decambering=not arguments.no_decambering,
+        angle_form=AngleForm(asked.get('angle_form', 'exact')),
+        start=Start(start) if start in ('zero', 'schemeA1') else Start.GIVEN,
+        symmetric=asked.get('symmetric', False), unsteady='angle_form' not in asked,
+        **{key: value for key, value in given.items() if value is not None})
 
 
 def _head(arguments: argparse.Namespace, model) -> dict[str, Any]:
     """Return what every result begins with: who made it, of what, how."""
+    from poststall_sim.aero.decambering import Closure
     reference, settings = model.aircraft.reference, model.settings
+    local = settings.closure is Closure.LOCAL
     return {
         'poststall_sim': __version__, 'aircraft': model.aircraft.name,
+        'closure': settings.closure.value, 'scheme': settings.scheme.value if local else 'newton',
         'reference': {'area_m2': reference.area, 'chord_m': reference.chord,
                       'span_m': reference.span, 'cg_m': list(model.aircraft.mass.cg_G)},
-        'settings': {'panels': settings.chordwise, 'closure': settings.closure.name.lower(),
-                     'ell_chords': settings.ell, 'decambering': settings.decambering,
-                     'tolerance': settings.tolerance}}
+        'settings': {
+            'panels': settings.chordwise, 'closure': settings.closure.value,
+            'strips': {grid.name: grid.strips.stop - grid.strips.start
+                       for grid in model.lattice.grids},
+            'ell_chords': settings.ell, 'decambering': settings.decambering,
+            'angle_form': settings.angle_form.value, 'damping': settings.damping,
+            'symmetric': settings.symmetric, 'tolerance': settings.tolerance,
+            'limit': settings.limit}}
 
 
 @contextmanager

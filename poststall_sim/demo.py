@@ -31,6 +31,7 @@ from poststall_sim.aero.model import Settings
 from poststall_sim.aircraft import Aircraft, ConfigError
 from poststall_sim.definition import Kind
 from poststall_sim.plots.bag import FlightData, flight_data
+from poststall_sim.threads import one_blas_thread
 
 START_LIMIT = 240.0
 """How long the processes may take to be ready, compiling on a slow machine included [s]."""
@@ -185,14 +186,14 @@ class Observer:
 
 
 @contextmanager
-def progress_bar(total: float) -> Iterator[Callable[[float], None]]:
+def progress_bar(total: float, what: str = 'flying') -> Iterator[Callable[[float], None]]:
     """Show a bar of simulated seconds, if tqdm is there."""
     try:
         from tqdm import tqdm
     except ImportError:
         yield lambda now: None
         return
-    with tqdm(total=round(total, 1), unit='s', desc='flying', mininterval=0.5,
+    with tqdm(total=round(total, 1), unit='s', desc=what, mininterval=0.5,
               bar_format='{desc} {percentage:3.0f}%|{bar}| {n:.1f}/{total:.1f} s of simulated '
                          'time [{elapsed}<{remaining}]') as bar:
         def show(now: float) -> None:
@@ -331,9 +332,11 @@ def compare(options: argparse.Namespace, aircraft: Aircraft, bag: Path) -> dict[
     scenario = definition.scenario(definition.find(Kind.SCENARIO, options.scenario))
     flight = simulation.start(aircraft, Settings(decambering=False),
                               airspeed=scenario.airspeed, altitude=scenario.altitude)
-    with recording.FlightRecorder(bag, flight) as recorder:
-        for _ in jobs.fly(flight, scenario, options.seconds or scenario.duration, recorder):
-            pass
+    seconds = options.seconds or scenario.duration
+    with recording.FlightRecorder(bag, flight) as recorder, \
+            progress_bar(seconds, 'flying with attached flow') as show:
+        for snapshot in jobs.fly(flight, scenario, seconds, recorder):
+            show(snapshot.time)
     return {**what_happened(flight_data(bag, aircraft)), 'bag': str(bag)}
 
 
@@ -347,10 +350,11 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument('--output', type=Path, default=Path('demo_output'), metavar='DIR')
     parser.add_argument('--rate', type=float, default=1.0, metavar='F',
                         help='real-time factor, 0 = as fast as possible (default: 1)')
-    parser.add_argument('--compare', action='store_true',
-                        help='also fly with decambering switched off, without ROS')
+    parser.add_argument('--no-compare', dest='compare', action='store_false',
+                        help='leave out the same flight with decambering switched off')
     options = parser.parse_args(args)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    one_blas_thread()
     try:
         aircraft = definition.aircraft(definition.find(Kind.AIRCRAFT, options.aircraft))
         options.output.mkdir(parents=True, exist_ok=True)

@@ -8,29 +8,30 @@ every key that has one. Lift and drag are in stability axes, side force and mome
 about the centre of gravity (roll right, nose up, nose right positive).
 """
 
+import json
 import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from poststall_sim import polar as polars
 from poststall_sim import topics
 from poststall_sim import trim as trims
-from poststall_sim.aero import solver
-from poststall_sim.aero.model import Model, Onset
+from poststall_sim.aero.model import Model
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import (
     FloatArray,
-    body_to_geometry,
     body_to_stability,
     euler_from_quaternion,
-    geometry_to_body,
     rotation,
-    velocity_from_flow_angles,
 )
+from poststall_sim.polar import Condition
 from poststall_sim.scenario import Scenario
 from poststall_sim.simulation import Flight
 from poststall_sim.state import Controls, Snapshot, Status
@@ -62,46 +63,79 @@ def deflections(model: Model, by_name: Mapping[str, float]) -> FloatArray:
     return np.array([by_name.get(name, 0.0) for name in controls], dtype=float)
 
 
-def polar(model: Model, alphas: Sequence[float], *, beta: float, airspeed: float,
-          altitude: float, deflected: FloatArray) -> Iterator[Result]:
+def conditions(alphas: Sequence[float], *, beta: float, rates: Sequence[float],
+               deflected: FloatArray) -> list[Condition]:
+    """Return the conditions of a polar, angles in radians; rates : p b/2V, q c/2V, r b/2V."""
+    return [Condition(alpha, beta, np.array(rates), deflected) for alpha in alphas]
+
+
+def polar(model: Model, flown: Sequence[Condition], *, airspeed: float, altitude: float,
+          up_and_down: bool = False, starts: Sequence[FloatArray] | None = None,
+          random_starts: int = 0, seed: int = 0) -> Iterator[Result]:
     """
-    Yield the steady loads at each angle of attack [rad].
+    Yield the steady loads at each condition; see `poststall_sim.polar` for what starts where.
 
-    Each starts from the decambering of the one before: past stall, where the closure may have
-    several solutions, the direction of the sweep chooses the branch.
+    random_starts : besides, count the distinct solutions that so many lead to.
     """
-    density = standard_air(altitude).density
-    delta0 = None
-    for alpha in alphas:
-        onset = Onset(body_to_geometry(-velocity_from_flow_angles(airspeed, alpha, beta)),
-                      np.zeros(3))
-        aero = solver.steady(model, onset, deflected, density=density, delta0=delta0)
-        if aero.status is not Status.DIVERGED:
-            delta0 = aero.strips.delta
-        yield {'alpha_deg': round(math.degrees(alpha), 10), 'beta_deg': math.degrees(beta),
-               **coefficients(model, aero, alpha, 0.5 * density * airspeed ** 2),
-               **_how(aero), 'strips': strip_rows(model, aero)}
+    air = {'airspeed': airspeed, 'density': standard_air(altitude).density}
+    generator = np.random.default_rng(seed)
+    points = polars.up_and_down(model, flown, **air) if up_and_down else \
+        polars.sweep(model, flown, starts=starts, **air)
+    for i, found in enumerate(points):
+        row = _point(model, found)
+        if up_and_down:
+            row['way'] = 'up' if i < len(flown) else 'down'
+        if random_starts:
+            row['solutions'] = _solutions(polars.distinct_solutions(
+                model, found.condition, starts=random_starts, generator=generator, **air))
+        yield row
 
 
-def coefficients(model: Model, aero: AeroResult, alpha: float, pressure: float) -> Result:
-    """Return CL, CD, CY, Cl, Cm, Cn for a dynamic pressure [Pa]; see `AXES`."""
-    reference = model.aircraft.reference
-    force, moment = geometry_to_body(aero.force_G), geometry_to_body(aero.moment_G)
-    drag, side, lift = body_to_stability(force, alpha) / (pressure * reference.area)
-    roll, pitch, yaw = moment / (pressure * reference.area)
-    return {'CL': -float(lift), 'CD': -float(drag), 'CY': float(side),
-            'Cl': float(roll / reference.span), 'Cm': float(pitch / reference.chord),
-            'Cn': float(yaw / reference.span)}
+def _point(model: Model, found: polars.Point) -> Result:
+    condition, aero = found.condition, found.aero
+    return {
+        'alpha_deg': round(math.degrees(condition.alpha), 10),
+        'beta_deg': round(math.degrees(condition.beta), 10), **asdict(found.coefficients),
+        **_how(aero), 'uniqueness': found.uniqueness if math.isfinite(found.uniqueness) else None,
+        'flags': ['MAY_NOT_BE_UNIQUE'] if found.may_not_be_unique else [],
+        'strips': strip_columns(model, aero)}
 
 
-def strip_rows(model: Model, aero: AeroResult) -> list[Result]:
+def _solutions(found: polars.Solutions) -> Result:
+    lift = [each.coefficients.CL for each in found.points]
+    return {'starts': found.starts, 'not_converged': found.failed, 'distinct': len(lift),
+            'CL': lift, 'times_found': list(found.counts)}
+
+
+def strip_columns(model: Model, aero: AeroResult) -> Result:
     """Return what the strips do, in the order of the topics; y to the left as in base_link."""
     lattice, strips = model.lattice, aero.strips
-    return [{'surface': grid.name, 'y_m': -float(lattice.quarter_chord[j, 1]),
-             'alpha_deg': math.degrees(strips.alpha[j]), 'cl': float(strips.cl[j]),
-             'delta_deg': math.degrees(strips.delta[j]), 'residual': float(strips.residual[j]),
-             'stalled': bool(strips.stalled[j])}
-            for grid in lattice.grids for j in range(grid.strips.start, grid.strips.stop)]
+    return {
+        'surface': [grid.name for grid in lattice.grids
+                    for _ in range(grid.strips.start, grid.strips.stop)],
+        'y_m': (-lattice.quarter_chord[:, 1]).tolist(),
+        'alpha_deg': np.degrees(strips.alpha).tolist(), 'cl': strips.cl.tolist(),
+        'delta_deg': np.degrees(strips.delta).tolist(), 'residual': strips.residual.tolist(),
+        'stalled': strips.stalled.tolist()}
+
+
+def given_starts(model: Model, flown: Sequence[Condition], path: Path) -> list[FloatArray]:
+    """Return the decambering of an earlier run at the angle of attack nearest to each."""
+    surfaces = [grid.name for grid in model.lattice.grids
+                for _ in range(grid.strips.start, grid.strips.stop)]
+    try:
+        points = json.loads(path.read_text())['points']
+        alphas = np.radians([float(each['alpha_deg']) for each in points])
+        deltas = np.radians([each['strips']['delta_deg'] for each in points])
+        fits = all(each['strips']['surface'] == surfaces for each in points) \
+            and deltas.shape == (len(points), len(surfaces)) and np.isfinite(deltas).all()
+    except (ValueError, TypeError, LookupError):
+        raise ConfigError(f'{path} is not the JSON of a polar') from None
+    if not (points and fits):
+        raise ConfigError(f'{path} is of another lattice: it must have the strips of '
+                          f'{model.aircraft.name}, {len(surfaces)} on '
+                          f'{", ".join(grid.name for grid in model.lattice.grids)}')
+    return [deltas[np.argmin(np.abs(alphas - each.alpha))] for each in flown]
 
 
 def _how(aero: AeroResult) -> Result:
@@ -123,7 +157,7 @@ def powered_trims(model: Model, airspeeds: Sequence[float], *, altitude: float,
     require_engine(model)
     alpha0 = math.radians(4.0)
     for airspeed in airspeeds:
-        found = trims.powered(model, airspeed=airspeed, altitude=altitude,
+        found = trims.straight(model, airspeed=airspeed, altitude=altitude,
                               climb_angle=climb_angle, alpha0=alpha0)
         if found.status is Status.CONVERGED:
             alpha0 = found.alpha
@@ -151,7 +185,8 @@ def _trim(model: Model, found: Trim, kind: str, altitude: float) -> Result:
             'climb_angle_deg': math.degrees(found.climb_angle),
             'sink_rate_m_s': -float(found.airspeed) * math.sin(found.climb_angle),
             'residual': float(np.abs(found.residual).max()),
-            **coefficients(model, found.aero, found.alpha, 0.5 * density * found.airspeed ** 2),
+            **asdict(polars.coefficients(
+                model, found.aero, found.alpha, 0.5 * density * found.airspeed ** 2)),
             **_how(found.aero), 'controls': controls}
 
 

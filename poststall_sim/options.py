@@ -9,6 +9,7 @@ Angles stay in degrees here; `cli` turns them into radians.
 import argparse
 import math
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -74,11 +75,22 @@ def _parser() -> argparse.ArgumentParser:
                        'before (default -4:24:1)')
     polar.add_argument('--beta', type=_number, default=0.0, metavar='DEG',
                        help='sideslip, positive with the wind from the right (default 0)')
+    for name, what in (('p', 'roll rate p b/2V'), ('q', 'pitch rate q c/2V'),
+                       ('r', 'yaw rate r b/2V')):
+        polar.add_argument(f'--{name}', type=_number, default=0.0, metavar='X',
+                           help=f'{what} about the body axis through the CG (default 0)')
     polar.add_argument('--deflect', type=_deflection, action='append', default=[],
                        metavar='NAME=DEG', help='a control, may be given again')
     polar.add_argument('--airspeed', type=_positive, default=15.0, metavar='M/S',
                        help='(default 15)')
     polar.add_argument('--altitude', type=_number, default=0.0, metavar='M', help='(default 0)')
+    polar.add_argument('--sweep', choices=('up', 'updown'), default='up',
+                       help='updown: through the angles and back, which shows hysteresis')
+    polar.add_argument('--starts', type=_count, default=0, metavar='N',
+                       help='at each point count the distinct solutions that N random starts '
+                       'lead to')
+    polar.add_argument('--seed', type=_count, default=0, metavar='N',
+                       help='of the random starts (default 0)')
     polar.add_argument('--plot', type=Path, metavar='FILE', help='draw it, PNG')
 
     trim = command('trim', 'straight flight in balance, powered or gliding',
@@ -109,12 +121,20 @@ def _parser() -> argparse.ArgumentParser:
         group = sub.add_argument_group('solver')
         group.add_argument('--panels', type=_count, metavar='N',
                            help='panels along every chord (default 4)')
-        group.add_argument('--closure', choices=('nonlocal', 'local'), default='nonlocal',
-                           help='how the section angle is found (default nonlocal)')
-        group.add_argument('--ell', type=_number, metavar='CHORDS',
-                           help='averaging length of the non-local closure (default 1)')
+        group.add_argument('--strips', type=_by_surface(_count), action='append', default=[],
+                           metavar='N or NAME=N', help='strips of every surface, or of one: '
+                           'instead of those of the definition; may be given again')
+        group.add_argument('--closure', choices=('nonlocal', 'local'),
+                           help='how the section angle is found (default nonlocal; local if a '
+                           'scheme is named)' if sub is polar else
+                           'how the section angle is found (default nonlocal)')
+        group.add_argument('--ell', type=_by_surface(_number), action='append', default=[],
+                           metavar='CHORDS or NAME=CHORDS', help='averaging length of the '
+                           'non-local closure, of all surfaces or of one (default 1)')
         group.add_argument('--no-decambering', action='store_true',
                            help='attached flow at any angle')
+        if sub is polar:
+            _add_study(group)
 
     plot = command('plot', 'draw the figures of a flight from its bag',
                    'flight --output figures', None)
@@ -122,6 +142,29 @@ def _parser() -> argparse.ArgumentParser:
     plot.add_argument('--output', type=Path, metavar='DIR',
                       help='where the figures go (default: BAG_figures beside the bag)')
     return parser
+
+
+def _add_study(group) -> None:
+    """Add what only a steady problem can be asked for."""
+    group.add_argument('--scheme', choices=('A', 'B', 'C', 'D', 'robust'),
+                       help='how the local closure is solved: a scheme of the dissertation, or '
+                       'the one that does not fail (default robust)')
+    group.add_argument('--damping', type=_number, metavar='D',
+                       help='under-relaxation of schemes A to D, 0 to 1 (default 1)')
+    group.add_argument('--symmetric', action='store_true',
+                       help='schemes A to D move mirrored strips alike; the other solvers keep '
+                       'symmetry anyway')
+    group.add_argument('--start', type=_start, default=('previous', None),
+                       metavar='zero|schemeA1|previous|given=FILE',
+                       help='where each point starts: no decambering, one iteration of scheme '
+                       'A, the point before (default), or the nearest one in the JSON of an '
+                       'earlier run')
+    group.add_argument('--angle-form', choices=('exact', 'linear'), default='exact',
+                       help="linear: the dissertation's small angles (default exact)")
+    group.add_argument('--tolerance', type=_positive, metavar='X',
+                       help='of the residual: rad, local closure cl (default 1e-5)')
+    group.add_argument('--limit', type=_count, metavar='N',
+                       help='iterations at most (default 200)')
 
 
 def _number(text: str) -> float:
@@ -169,6 +212,29 @@ def _deflection(text: str) -> tuple[str, float]:
     if not (separator and name):
         raise argparse.ArgumentTypeError(f'expected NAME=DEG, got {text!r}')
     return name, _number(value)
+
+
+def _by_surface(number: Callable[[str], float]) -> Callable[[str], dict[str, float]]:
+    """Return a reader of N or NAME=N[,NAME=N...]: numbers by surface, '' for all of them."""
+    def read(text: str) -> dict[str, float]:
+        values = {}
+        for part in text.split(','):
+            name, separator, value = part.rpartition('=')
+            if separator and not name:
+                raise argparse.ArgumentTypeError(f'expected N or NAME=N, got {text!r}')
+            values[name] = number(value)
+        return values
+    return read
+
+
+def _start(text: str) -> tuple[str, Path | None]:
+    if text in ('zero', 'schemeA1', 'previous'):
+        return text, None
+    name, _, path = text.partition('=')
+    if name != 'given' or not path:
+        raise argparse.ArgumentTypeError(
+            f'expected zero, schemeA1, previous or given=FILE, got {text!r}')
+    return name, Path(path)
 
 
 def _wind(text: str) -> np.ndarray:

@@ -234,6 +234,8 @@ def start(aircraft: Aircraft, settings: Settings = DEFAULTS, *, airspeed: float,
     """
     Return a flight in straight trim, ready to step: everything is compiled or loaded.
 
+    Level with engines, gliding without.
+
     airspeed [m/s]; altitude [m]; dt [s], None for `automatic_dt_ns`; progress is told what
     takes the time. Raises `ConfigError` where no trim exists.
     """
@@ -245,9 +247,10 @@ def start(aircraft: Aircraft, settings: Settings = DEFAULTS, *, airspeed: float,
         raise ConfigError(f'dt must be above 0 and at most {longest * 1e-9:g} s (twice the panel '
                           f'chord over the airspeed), got {dt_ns * 1e-9:g} s')
     progress(f'trimming at {airspeed:g} m/s')
-    trim = trims.powered(model, airspeed=airspeed, altitude=altitude)
+    trim = trims.straight(model, airspeed=airspeed, altitude=altitude)
     if trim.status is not Status.CONVERGED:
-        raise ConfigError(f'no level trim at {airspeed:g} m/s: {trim.message}')
+        raise ConfigError(f'no {"level trim" if aircraft.engines else "glide"} at {airspeed:g} '
+                          f'm/s: {trim.message}')
     q_NB = trim.q_NB
     body = BodyState(np.array([0.0, 0.0, -altitude]),
                      trim.velocity_B + rotation(q_NB).T @ np.asarray(wind_N, dtype=float),

@@ -64,8 +64,8 @@ class Layout:
     What stays the same during a flight: names, strip geometry, frames.
 
     control_names : in the order of the deflections; engines : whether there is a throttle;
-    strip_names : one per strip; strip_y, strip_chord : (n,) in FLU [m]; limits : (low, high)
-    by control [rad]; map_frame, base_frame : frame ids.
+    strip_names : one per strip; strip_y, strip_chord : (n,) in FLU [m]; strip_cl_max : (n,) each
+    section's greatest lift; limits : (low, high) by control [rad]; map_frame, base_frame : frame ids.
     """
 
     control_names: tuple[str, ...]
@@ -73,6 +73,7 @@ class Layout:
     strip_names: tuple[str, ...]
     strip_y: FloatArray
     strip_chord: FloatArray
+    strip_cl_max: FloatArray
     limits: tuple[tuple[float, float], ...]
     map_frame: str = 'map'
     base_frame: str = 'base_link'
@@ -98,6 +99,7 @@ def layout(flight, *, map_frame: str = 'map', base_frame: str = 'base_link') -> 
         strip_names=tuple(lattice.strip_names),
         strip_y=place[:, 1].copy(),
         strip_chord=np.array(lattice.strip_chord, dtype=np.float64),
+        strip_cl_max=lattice.greatest_lift,
         limits=tuple(control.limits for control in aircraft.controls),
         map_frame=map_frame, base_frame=base_frame)
 
@@ -352,10 +354,15 @@ PUBLISHED: tuple[Topic, ...] = (
           _strips(lambda s, _: s.strips.cm)),
     Topic('strip_gamma', _ARRAY, Rate.STRIPS, 'strip circulations [m^2/s]',
           _strips(lambda s, _: s.strips.circulation)),
+    Topic('strip_stalled', _ARRAY, Rate.STRIPS,
+          '1 where a section works past its greatest or least lift, else 0',
+          _strips(lambda s, _: s.strips.stalled)),
     Topic('strip_y', _ARRAY, Rate.ONCE, 'where the strips are, y in base_link (left) [m]',
           _strips(lambda _, layout: layout.strip_y), _LATCHED),
     Topic('strip_chord', _ARRAY, Rate.ONCE, 'chords of the strips [m]',
           _strips(lambda _, layout: layout.strip_chord), _LATCHED),
+    Topic('strip_cl_max', _ARRAY, Rate.ONCE, 'greatest lift coefficients of the sections [-]',
+          _strips(lambda _, layout: layout.strip_cl_max), _LATCHED),
     Topic('/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', Rate.DIAGNOSTICS,
           'real-time factor, lag, solver, commands: how the simulator does'),
 )

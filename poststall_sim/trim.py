@@ -1,7 +1,7 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Straight trimmed flight: powered at an airspeed, or gliding at an angle of attack.
+Straight trimmed flight: at an airspeed, powered or gliding, or gliding at an angle of attack.
 
 The residual is the sum of forces and moments over weight (and weight times mean chord), from the
 same steady loads that the flight starts from.
@@ -101,7 +101,10 @@ def _finish(model: Model, airspeed: float, alpha: float, climb_angle: float, ele
         message = (f'the elevator would have to stand at {math.degrees(elevator):.1f} deg, its '
                    f'limits are {math.degrees(low):g} and {math.degrees(high):g}')
     elif not 0.0 <= throttle <= 1.0:
-        message = f'the throttle would have to stand at {throttle:.2f}, it goes from 0 to 1'
+        full = float(np.linalg.norm(
+            thrust(aircraft, velocity_from_flow_angles(airspeed, alpha, 0.0), 1.0)[0]))
+        message = (f'the throttle would have to stand at {throttle:.2f}, it goes from 0 to 1 '
+                   f'({full:.1f} N at full throttle and this airspeed)')
     status = Status.CONVERGED if message == 'trimmed' else Status.NOT_CONVERGED
     return Trim(airspeed, alpha, climb_angle, Controls(deflections, throttle), residual, aero,
                 status, message)
@@ -119,26 +122,33 @@ def _residual(model: Model, airspeed: float, alpha: float, climb_angle: float, t
                      moment[1] / (weight * aircraft.reference.chord)])
 
 
-def powered(model: Model, *, airspeed: float, altitude: float, climb_angle: float = 0.0,
-            alpha0: float = math.radians(4.0)) -> Trim:
+def straight(model: Model, *, airspeed: float, altitude: float, climb_angle: float = 0.0,
+             alpha0: float = math.radians(4.0)) -> Trim:
     """
-    Return the trim at an airspeed [m/s] along a climb angle [rad], with elevator and throttle.
+    Return the trim at an airspeed [m/s]: powered along a climb angle [rad], or gliding.
 
+    Elevator and throttle balance an aircraft with engines; without, elevator and climb angle do.
     alpha0 [rad] is where the search starts: it chooses the branch where there are several.
     """
     density = standard_air(altitude).density
+    engines = bool(model.aircraft.engines)
     state = {'delta': None}
 
+    def flown(unknown: FloatArray) -> tuple[float, float, float, float]:
+        alpha, elevator, third = (float(x) for x in unknown)
+        return (alpha, elevator, climb_angle, third) if engines else (alpha, elevator, third, 0.0)
+
     def imbalance(unknown: FloatArray) -> FloatArray:
-        alpha, elevator, throttle = unknown
+        alpha, elevator, climb, throttle = flown(unknown)
         aero = _loads(model, airspeed, alpha, elevator, density, state['delta'])
         state['aero'], state['delta'] = aero, aero.strips.delta
-        return _residual(model, airspeed, alpha, climb_angle, throttle, aero)
+        return _residual(model, airspeed, alpha, climb, throttle, aero)
 
-    found = root(imbalance, np.array([alpha0, 0.0, 0.3]), method='hybr', tol=1e-12)
+    start = np.array([alpha0, 0.0, 0.3 if engines else -0.1])
+    found = root(imbalance, start, method='hybr', tol=1e-12)
     imbalance(found.x)
-    alpha, elevator, throttle = (float(x) for x in found.x)
-    return _finish(model, airspeed, alpha, climb_angle, elevator, throttle, state['aero'])
+    alpha, elevator, climb, throttle = flown(found.x)
+    return _finish(model, airspeed, alpha, climb, elevator, throttle, state['aero'])
 
 
 def glide(model: Model, *, alpha: float, altitude: float,

@@ -36,5 +36,6 @@ def a_layout(strips=4, **changes):
         'control_names': ('aileron', 'elevator', 'rudder'), 'engines': True,
         'strip_names': tuple(f'wing_{i + 1}' for i in range(strips)),
         'strip_y': np.linspace(1.0, -1.0, strips), 'strip_chord': np.full(strips, 0.4),
+        'strip_cl_max': np.full(strips, 1.4),
         'limits': ((-0.3, 0.3),) * 3}
     return topics.Layout(**{**values, **changes})

@@ -15,7 +15,9 @@ from scipy.optimize import brentq
 from poststall_sim.aero import lattice as lattices
 from poststall_sim.aero.decambering import (
     Closure,
+    alpha_slopes,
     averaging,
+    nonlocal_jacobian,
     nonlocal_residual,
     operating_points,
     section_decambering,
@@ -223,24 +225,29 @@ def test_no_air_flows_through_the_lattice_turned_by_its_decambering():
     assert np.abs(through).max() < 1e-7
 
 
-def test_jacobian_of_the_non_local_closure_is_its_derivative():
+@pytest.mark.parametrize('linear', [False, True])
+def test_jacobian_of_the_non_local_closure_is_its_derivative(linear):
     """Exact, by central differences, on made-up strips: lattice, half faded, strip theory."""
     rng, n, curve = np.random.default_rng(5), 6, section_polar(FOILS['stalling']).curve
     zero = np.full(n, math.radians(-4.0))
     shift = rng.uniform(-0.1, 0.1, n)
+    along, across = rng.uniform(0.5, 1.0, n), rng.uniform(0.0, 0.4, n)
     strips = np.stack([
-        rng.uniform(0.5, 1.0, n), rng.uniform(0.0, 0.4, n), rng.uniform(0.5, 1.5, n),
-        [1.0, 1.0, 0.6, 0.3, 0.0, 0.0], zero, zero - shift, shift, [1.0, 1.0, 1.0, 1.0, 1.0, 0.0]])
+        along, across, rng.uniform(0.5, 1.5, n), [1.0, 1.0, 0.6, 0.3, 0.0, 0.0], zero,
+        zero - shift, shift, [1.0, 1.0, 1.0, 1.0, 1.0, 0.0], np.cos(-shift), np.sin(-shift),
+        np.hypot(along, across)])
     operator = rng.uniform(0.0, 0.3, (n, 2 * n + 1)) + 2.0 * np.eye(n, 2 * n + 1, n)
     mean = rng.uniform(0.0, 1.0, (n, n))
     mean /= mean.sum(axis=1, keepdims=True)
 
     def at(delta):
-        alpha, circulation, speed, residual = np.empty((4, n))
+        alpha, circulation, speed, residual, change = np.empty((5, n))
         slope, jacobian = np.empty((2, n, n))
-        operating_points(delta, strips, operator, alpha, circulation, speed, slope)
-        nonlocal_residual(delta, strips, curve[None], np.zeros(n, dtype=np.int64), mean, alpha,
-                          slope, residual, jacobian)
+        operating_points(delta, strips, operator, linear, alpha, circulation, speed)
+        alpha_slopes(delta, strips, operator, linear, circulation, speed, slope)
+        nonlocal_residual(delta, strips, linear, curve[None], np.zeros(n, dtype=np.int64), mean,
+                          alpha, residual, change)
+        nonlocal_jacobian(strips, mean, change, slope, jacobian)
         return alpha, residual, slope, jacobian
 
     delta, h = rng.uniform(-0.3, 0.1, n), 1e-6

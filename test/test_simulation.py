@@ -178,7 +178,7 @@ def test_load_factor_is_one_in_level_trim(level):
     """The lift, engine's share included, carries the weight: to the trim's residual of 1e-6."""
     model = level.model
     for airspeed in (12.0, AIRSPEED, 20.0):
-        trim = simulation.trims.powered(model, airspeed=airspeed, altitude=300.0)
+        trim = simulation.trims.straight(model, airspeed=airspeed, altitude=300.0)
         body = BodyState(np.array([0.0, 0.0, -300.0]), trim.velocity_B, np.zeros(3), trim.q_NB)
         flight = simulation.Flight(model, body, trim.controls, dt_ns=DT_NS,
                                    delta0=trim.aero.strips.delta)

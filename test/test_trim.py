@@ -36,7 +36,7 @@ def model():
 
 @pytest.fixture(scope='module')
 def level(model):
-    return [trim.powered(model, airspeed=speed, altitude=ALTITUDE) for speed in SPEEDS]
+    return [trim.straight(model, airspeed=speed, altitude=ALTITUDE) for speed in SPEEDS]
 
 
 @pytest.fixture(scope='module')
@@ -124,7 +124,7 @@ def test_past_the_stall_the_glide_is_steep_and_the_speed_has_a_least(glides):
 def test_a_climb_takes_the_throttle_of_its_weight_component(model, level):
     """Thrust grows by W sin(climb), at nearly the same loads."""
     climb = math.radians(3.0)
-    found = trim.powered(model, airspeed=15.0, altitude=ALTITUDE, climb_angle=climb)
+    found = trim.straight(model, airspeed=15.0, altitude=ALTITUDE, climb_angle=climb)
     assert found.status is Status.CONVERGED
     straight = level[SPEEDS.index(15.0)]
     gained = thrust(model.aircraft, found.velocity_B, found.controls.throttle)[0][0] \
@@ -137,7 +137,7 @@ def test_a_climb_takes_the_throttle_of_its_weight_component(model, level):
 
 def test_the_start_of_the_search_chooses_among_the_trims(model):
     """At 9.5 m/s level flight is possible below and above the angle of maximum lift."""
-    low, high = (trim.powered(model, airspeed=9.5, altitude=ALTITUDE, alpha0=math.radians(a))
+    low, high = (trim.straight(model, airspeed=9.5, altitude=ALTITUDE, alpha0=math.radians(a))
                  for a in (4.0, 21.0))
     for found in (low, high):
         assert found.status is Status.CONVERGED
@@ -148,12 +148,12 @@ def test_the_start_of_the_search_chooses_among_the_trims(model):
 
 
 def test_a_throttle_that_does_not_reach_is_named(model):
-    found = trim.powered(model, airspeed=28.0, altitude=ALTITUDE)
+    found = trim.straight(model, airspeed=28.0, altitude=ALTITUDE)
     assert found.status is Status.NOT_CONVERGED
     assert found.controls.throttle > 1.0
     assert found.message == (f'the throttle would have to stand at '
                              f'{found.controls.throttle:.2f}, it goes from 0 to 1')
-    found = trim.powered(model, airspeed=15.0, altitude=ALTITUDE,
+    found = trim.straight(model, airspeed=15.0, altitude=ALTITUDE,
                          climb_angle=math.radians(-10.0))
     assert found.status is Status.NOT_CONVERGED and found.controls.throttle < 0.0
     assert 'the throttle would have to stand at -' in found.message
@@ -165,7 +165,7 @@ def test_an_elevator_that_does_not_reach_is_named(model):
     assert elevator(model, found) == model.aircraft.controls[1].limits[0]
     assert found.message.startswith('no balance found, residual ')
     assert found.message.endswith('with the elevator at its limit of -30 deg')
-    found = trim.powered(model, airspeed=6.0, altitude=ALTITUDE)
+    found = trim.straight(model, airspeed=6.0, altitude=ALTITUDE)
     assert found.status is Status.NOT_CONVERGED
     assert found.message == (f'the elevator would have to stand at '
                              f'{math.degrees(elevator(model, found)):.1f} deg, '
@@ -177,7 +177,7 @@ def test_trims_do_not_depend_on_the_tolerance_of_the_decambering(level, glides):
         definition.aircraft(definition.find('aircraft', 'trainer')), Settings(tolerance=1e-11))
     # 1e-5 rad of decambering is 1e-5 of alpha, and some times that of the elevator past stall.
     for found, speed in zip(level, SPEEDS):
-        again = trim.powered(sharp, airspeed=speed, altitude=ALTITUDE)
+        again = trim.straight(sharp, airspeed=speed, altitude=ALTITUDE)
         assert again.alpha == pytest.approx(found.alpha, abs=5e-5)
         assert elevator(sharp, again) == pytest.approx(elevator(sharp, found), abs=5e-5)
     for found in glides[::3]:

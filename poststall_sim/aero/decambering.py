@@ -34,6 +34,8 @@ SUM = {'cache': True, 'nogil': True, 'error_model': 'numpy',
         'fastmath': {'reassoc', 'contract'}}
 """Sums may be reordered so that they vectorise; NaN and infinity keep their meaning."""
 TWO_PI = 2.0 * math.pi
+ATTACHED = 1e-4
+"""Decambering [rad] below which a section counts as a potential line where a start is chosen."""
 
 
 class Closure(enum.Enum):
@@ -228,7 +230,8 @@ def strip_theory(delta, strips, linear, curves, polar_index):
     Put strips that have faded into strip theory (f = 0) at their decambering, in place.
 
     All of them where delta is zero throughout, which stands for no start given: a section's own
-    decambering at its geometric angle is a better one, and its lift nearly right.
+    decambering at its geometric angle is a better one, and its lift nearly right. A section
+    that is a potential line, but for its interpolation, stays at exactly zero.
     """
     cold = np.abs(delta).max() == 0.0
     for j in range(delta.size):
@@ -237,7 +240,9 @@ def strip_theory(delta, strips, linear, curves, polar_index):
             if linear:
                 alpha = strips[1, j] / strips[0, j]
             phi = potential_angle(curves[polar_index[j]], alpha + strips[6, j], linear)[0]
-            delta[j] = wrap(phi - alpha + strips[5, j])
+            own = wrap(phi - alpha + strips[5, j])
+            if abs(own) > ATTACHED or strips[3, j] == 0.0:
+                delta[j] = own
 
 
 @njit(**SUM)

@@ -108,6 +108,13 @@ class Lattice:
         return len(self.area)
 
     @property
+    def greatest_lift(self) -> FloatArray:
+        """Return the lift coefficient of each strip's section at its stall (n,)."""
+        values = np.empty((self.strips, 4))
+        polars.sections(self.curves, self.polar_index, self.stall_high, values)
+        return values[:, 0]
+
+    @property
     def strips(self) -> int:
         """Return the number of strips."""
         return len(self.strip_chord)

@@ -206,6 +206,8 @@ def robust(delta, strips, operator, inverse, level, linear, curves, polar_index,
     operating_points(delta, strips, operator, linear, alpha, circulation, speed)
     local_residual(strips, curves, polar_index, alpha, circulation, speed, residual)
     history[0] = np.abs(residual).max()
+    if history[0] <= 1e-3 * tolerance:
+        return 0
     current = alpha.copy()
     worst = _imbalance(
         current, strips, linear, curves, polar_index, inverse, level, values, force)

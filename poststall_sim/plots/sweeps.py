@@ -11,6 +11,7 @@ import numpy as np
 from poststall_sim.plots import style
 
 Rows = list[Mapping[str, Any]]
+Strips = Mapping[str, list]
 
 
 def draw_polar(result: Mapping[str, Any], path: Path) -> Path:
@@ -19,8 +20,7 @@ def draw_polar(result: Mapping[str, Any], path: Path) -> Path:
     alpha = _column(points, 'alpha_deg')
     strips = [point['strips'] for point in points]
     wing = _largest_surface(strips[0])
-    share = np.array([np.mean([row['stalled'] for row in rows if row['surface'] == wing])
-                      for rows in strips])
+    share = np.array([_columns(each, wing)['stalled'].mean() for each in strips])
     with style.canvas(10.0, 6.4, path) as figure:
         axes = figure.subplots(2, 2)
         lift, drag, moment, spread = axes.flat
@@ -55,12 +55,16 @@ def _title(what: str, result: Mapping[str, Any]) -> str:
     return ', '.join(said)
 
 
-def _largest_surface(rows: Rows) -> str:
+def _largest_surface(strips: Strips) -> str:
     """Return the surface with the widest strips' spread, which is the wing."""
-    places: dict[str, list[float]] = {}
-    for row in rows:
-        places.setdefault(row['surface'], []).append(row['y_m'])
-    return max(places, key=lambda name: np.ptp(places[name]))
+    return max(dict.fromkeys(strips['surface']),
+               key=lambda name: np.ptp(_columns(strips, name)['y_m']))
+
+
+def _columns(strips: Strips, surface: str) -> dict[str, np.ndarray]:
+    """Return the columns of one surface's strips."""
+    chosen = np.array([name == surface for name in strips['surface']])
+    return {key: np.asarray(values)[chosen] for key, values in strips.items()}
 
 
 def _curve(axes, x: np.ndarray, y: np.ndarray, share: np.ndarray, points: Rows) -> None:
@@ -77,15 +81,14 @@ def _curve(axes, x: np.ndarray, y: np.ndarray, share: np.ndarray, points: Rows) 
                          linewidth=1.0 if marker == 'x' else 0.0, zorder=2)
 
 
-def _spread(figure, axes, alpha: np.ndarray, strips: list[Rows], wing: str) -> None:
+def _spread(figure, axes, alpha: np.ndarray, strips: list[Strips], wing: str) -> None:
     """Draw the wing's Cl over span for a few angles, coloured by alpha."""
     from matplotlib import colormaps
     chosen = np.unique(np.linspace(0, len(alpha) - 1, min(len(alpha), 7)).round().astype(int))
     colours = colormaps['cividis'](np.linspace(0.05, 0.9, len(chosen)))
     for k, colour in zip(chosen, colours):
-        rows = [row for row in strips[k] if row['surface'] == wing]
-        place, cl = _column(rows, 'y_m'), _column(rows, 'cl')
-        stalled = np.array([row['stalled'] for row in rows])
+        columns = _columns(strips[k], wing)
+        place, cl, stalled = (columns[key] for key in ('y_m', 'cl', 'stalled'))
         axes.plot(place, cl, color=colour, linewidth=1.3, label=f'{alpha[k]:g}\u00b0')
         axes.scatter(place[stalled], cl[stalled], s=14, marker='v', color=style.STALLED,
                      linewidth=0.0, zorder=3)

@@ -13,6 +13,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from poststall_sim.aircraft import ConfigError
+from poststall_sim.threads import one_blas_thread
 
 BAD_INPUT = 2
 """Exit code of a process that was given what it cannot use."""
@@ -61,6 +62,7 @@ def run(name: str, make: Callable[[], Node], args: list[str] | None = None) -> i
     while the node is made is one line in the log and `BAD_INPUT`.
     """
     signals = _Signals()
+    one_blas_thread()
     node = None
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
