@@ -28,7 +28,8 @@ LIBRARIES = {
     'matplotlib': ('python3-matplotlib', 'matplotlib'),
     'mpl_toolkits': ('python3-matplotlib', 'matplotlib'),
     'tqdm': ('python3-tqdm', 'tqdm'),
-    'rosbags': (None, 'rosbags'),  # has no rosdep key
+    'rosbags': (None, 'rosbags'),
+    'threadpoolctl': (None, 'threadpoolctl'),  # has no rosdep key
 }
 # Used where they are found: a full Jazzy has them, pip has not.
 OPTIONAL = {'tf2_msgs', 'simulation_interfaces', 'rosbag2_py'}

@@ -4,6 +4,7 @@
 
 import dataclasses
 import math
+import re
 
 import numpy as np
 import pytest
@@ -151,8 +152,10 @@ def test_a_throttle_that_does_not_reach_is_named(model):
     found = trim.straight(model, airspeed=28.0, altitude=ALTITUDE)
     assert found.status is Status.NOT_CONVERGED
     assert found.controls.throttle > 1.0
-    assert found.message == (f'the throttle would have to stand at '
-                             f'{found.controls.throttle:.2f}, it goes from 0 to 1')
+    # 35 N at rest and none at 30 m/s leave 2.3 N, and a little more off the thrust line.
+    assert re.fullmatch(rf'the throttle would have to stand at {found.controls.throttle:.2f}, it '
+                        r'goes from 0 to 1 \(2\.[34] N at full throttle and this airspeed\)',
+                        found.message)
     found = trim.straight(model, airspeed=15.0, altitude=ALTITUDE,
                          climb_angle=math.radians(-10.0))
     assert found.status is Status.NOT_CONVERGED and found.controls.throttle < 0.0
@@ -192,3 +195,14 @@ def test_without_an_elevator_there_is_no_trim(model):
     without = models.build(dataclasses.replace(model.aircraft, controls=controls))
     with pytest.raises(ConfigError, match=r"named elevator, there are \['aileron', 'rudder'\]"):
         trim.glide(without, alpha=0.1, altitude=ALTITUDE)
+
+
+def test_without_an_engine_the_aircraft_glides_at_the_airspeed_asked_for(model):
+    """Elevator and climb angle balance it; tan(climb_angle) = -CD / CL, as for `glide`."""
+    glider = models.build(dataclasses.replace(model.aircraft, engines=()))
+    found = trim.straight(glider, airspeed=12.0, altitude=ALTITUDE)
+    assert found.status is Status.CONVERGED and found.controls.throttle == 0.0
+    same = trim.glide(glider, alpha=found.alpha, altitude=ALTITUDE)
+    # One solution by two roads, each to 1e-6 of the weight.
+    assert same.airspeed == pytest.approx(12.0, abs=1e-4)
+    assert same.climb_angle == pytest.approx(found.climb_angle, abs=1e-6)

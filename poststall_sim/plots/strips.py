@@ -108,14 +108,17 @@ def strip_data(bag: Lookup, aircraft: Aircraft | None) -> StripData | None:
 
     alpha, stalled, cl_max, chord = (
         like(topic) for topic in ('strip_alpha', 'strip_stalled', 'strip_cl_max', 'strip_chord'))
+    attached = any(
+        values.get('closure', '').startswith('off') for *_, values in bag.diagnostics())
+    if attached:
+        bag.notes.append('flown without decambering: attached flow at any angle')
     if stalled is not None:
         stalled = stalled > 0.5
     elif known is not None and alpha is not None:
         looked_up = alpha + _flap_shift(bag, known, aircraft, time)
         stalled = (looked_up > known.stall_high) | (looked_up < known.stall_low)
-        if any(values.get('closure', '').startswith('off') for *_, values in bag.diagnostics()):
-            stalled[:] = False   # flown with attached flow at any angle
-            bag.notes.append('flown without decambering: attached flow at any angle')
+        if attached:
+            stalled[:] = False
     else:
         bag.notes.append('which strips are past their stall is not known')
     chord = None if chord is None else chord[-1]
