@@ -1,0 +1,30 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""What the README says of topics and files is what there is."""
+
+import re
+from pathlib import Path
+
+from poststall_sim import topics
+
+ROOT = Path(__file__).resolve().parents[1]
+README = (ROOT / 'README.md').read_text(encoding='utf-8')
+
+
+def test_every_topic_stands_in_the_readme_with_its_type_rate_and_meaning():
+    for topic in topics.PUBLISHED:
+        rate = f'{topic.rate.parameter} {topic.rate.default:g}' if topic.rate.parameter \
+            else 'once, latched'
+        row = (f'| `{topic.name}` | {topic.type.replace("/msg/", "/")} | {rate} | '
+               f'{topic.meaning} |')
+        assert row in README, f'the README should have the row\n{row}'
+
+
+def test_every_command_topic_stands_in_the_readme():
+    for topic in topics.COMMANDS:
+        assert f'`{topic.name}`' in README
+
+
+def test_every_file_that_the_readme_links_exists():
+    links = re.findall(r'\]\(([^)#:]+)\)', README)
+    assert links and all((ROOT / link).exists() for link in links)
