@@ -17,6 +17,7 @@ from poststall_sim.aero.decambering import (
     Closure,
     alpha_slopes,
     averaging,
+    faded_mean,
     nonlocal_jacobian,
     nonlocal_residual,
     operating_points,
@@ -242,12 +243,13 @@ def test_jacobian_of_the_non_local_closure_is_its_derivative(linear):
 
     def at(delta):
         alpha, circulation, speed, residual, change = np.empty((5, n))
-        slope, jacobian = np.empty((2, n, n))
+        slope, jacobian, weights = np.empty((3, n, n))
         operating_points(delta, strips, operator, linear, alpha, circulation, speed)
         alpha_slopes(delta, strips, operator, linear, circulation, speed, slope)
-        nonlocal_residual(delta, strips, linear, curve[None], np.zeros(n, dtype=np.int64), mean,
-                          alpha, residual, change)
-        nonlocal_jacobian(strips, mean, change, slope, jacobian)
+        faded_mean(strips, mean, weights)
+        nonlocal_residual(delta, strips, linear, curve[None], np.zeros(n, dtype=np.int64),
+                          weights, alpha, residual, change)
+        nonlocal_jacobian(weights, change, slope, jacobian)
         return alpha, residual, slope, jacobian
 
     delta, h = rng.uniform(-0.3, 0.1, n), 1e-6

@@ -135,23 +135,23 @@ def operating_points(delta, strips, operator, linear, alpha, circulation, speed)
         turned[n + k] = th if linear else math.sin(th)
     for j in range(n):
         u, w, chord, fade = strips[0, j], strips[1, j], strips[2, j], strips[3, j]
-        the = delta[j] - strips[5, j]
         g = operator[j, 2 * n]
         for k in range(2 * n):
             g += operator[j, k] * turned[k]
         if linear:
             circulation[j] = g
             speed[j] = u
-            alpha[j] = g / (math.pi * chord * u) - the
+            alpha[j] = g / (math.pi * chord * u) - (delta[j] - strips[5, j])
             continue
-        c, s = math.cos(the), math.sin(the)
+        c = turned[j] * strips[8, j] + turned[n + j] * strips[9, j]
+        s = turned[n + j] * strips[8, j] - turned[j] * strips[9, j]
         plate = math.pi * chord
         g = fade * g + (1.0 - fade) * plate * (w * c + u * s)
         we = g / plate
         ue = u * c - w * s
         circulation[j] = g
         speed[j] = max(math.sqrt(we * we + ue * ue), 1e-150)
-        alpha[j] = wrap(math.atan2(we, ue) - the)
+        alpha[j] = wrap(math.atan2(we, ue) - (delta[j] - strips[5, j]))
 
 
 @njit(**SUM)
@@ -170,8 +170,8 @@ def alpha_slopes(delta, strips, operator, linear, circulation, speed, slope):
     for j in range(n):
         u, w, chord, fade = strips[0, j], strips[1, j], strips[2, j], strips[3, j]
         plate = math.pi * chord
-        the = delta[j] - strips[5, j]
-        c, s = math.cos(the), math.sin(the)
+        c = cosine[j] * strips[8, j] + sine[j] * strips[9, j]
+        s = sine[j] * strips[8, j] - cosine[j] * strips[9, j]
         ue = u * c - w * s
         v2 = speed[j] * speed[j]
         a = 1.0 / (plate * u) if linear else fade * ue / (v2 * plate)
@@ -198,27 +198,49 @@ def potential_angle(curve, alpha, linear):
 
 
 @njit(**SUM)
-def nonlocal_residual(delta, strips, linear, curves, polar_index, mean, alpha, residual, change):
+def faded_mean(strips, mean, weights):
+    """
+    Fill the weights (n, n) of the spanwise mean at an onset, rows adding up to 1.
+
+    mean : (n, n) see `averaging`. A strip that has faded into strip theory neither reads its
+    neighbours nor is read: between a strip in forward and one in reversed flow there is no mean.
+    """
+    n = mean.shape[0]
+    for j in range(n):
+        left = 1.0
+        for k in range(n):
+            weights[j, k] = strips[3, j] * mean[j, k] * strips[3, k]
+            left -= weights[j, k]
+        weights[j, j] += left
+
+
+@njit(**SUM)
+def nonlocal_residual(delta, strips, linear, curves, polar_index, weights, alpha, residual,
+                      change):
     """
     Fill the residual of the non-local closure and the slope of the section's decambering.
 
-        F_j = delta_j - D_j(abar_j),   abar_j = alpha_j + f_j sum_k mean_jk f_k (alpha_k - alpha_j)
+        F_j = delta_j - D_j(abar_j),   abar_j = alpha_j + sum_k weights_jk (alpha_k - alpha_j)
         D(a) = asin(cl(a + shift) / 2 pi) - (a - alpha_0L),  linear: cl / 2 pi for the asin
 
-    A strip that has faded into strip theory neither reads its neighbours nor is read: between a
-    strip in forward and one in reversed flow there is no mean. alpha (n,) from
-    `operating_points`; residual (n,) F and change (n,) dD/da filled. Strips without flow are
-    left out: they keep their decambering.
+    weights (n, n) from `faded_mean`; alpha (n,) from `operating_points`; residual (n,) F and
+    change (n,) dD/da filled. Strips without flow are left out: they keep their decambering.
     """
     n = delta.size
+    whole = alpha.max() - alpha.min() < math.pi     # else a difference may cross +-180 deg
     for j in range(n):
         if strips[7, j] == 0.0:
             residual[j] = 0.0
             change[j] = 0.0
             continue
-        abar = alpha[j]
-        for k in range(n):
-            abar += strips[3, j] * mean[j, k] * strips[3, k] * wrap(alpha[k] - alpha[j])
+        abar = 0.0
+        if whole:
+            for k in range(n):
+                abar += weights[j, k] * alpha[k]
+        else:
+            abar = alpha[j]
+            for k in range(n):
+                abar += weights[j, k] * wrap(alpha[k] - alpha[j])
         phi, rate = potential_angle(curves[polar_index[j]], abar + strips[6, j], linear)
         residual[j] = wrap(delta[j] - phi + abar - strips[5, j])
         change[j] = rate - 1.0
@@ -246,22 +268,13 @@ def strip_theory(delta, strips, linear, curves, polar_index):
 
 
 @njit(**SUM)
-def nonlocal_jacobian(strips, mean, change, slope, jacobian):
-    """Fill dF/d delta = I - diag(dD/da) (d abar / d alpha) (d alpha / d delta), (n, n)."""
+def nonlocal_jacobian(weights, change, slope, jacobian):
+    """Fill dF/d delta = I - diag(dD/da) weights (d alpha / d delta), (n, n)."""
     n = change.size
+    product = np.dot(weights, slope)
     for j in range(n):
         for k in range(n):
-            jacobian[j, k] = 0.0
-        if strips[7, j] != 0.0:
-            left = 1.0
-            for i in range(n):
-                a = strips[3, j] * mean[j, i] * strips[3, i]
-                if i != j and a != 0.0:
-                    left -= a
-                    for k in range(n):
-                        jacobian[j, k] -= change[j] * a * slope[i, k]
-            for k in range(n):
-                jacobian[j, k] -= change[j] * left * slope[j, k]
+            jacobian[j, k] = -change[j] * product[j, k]
         jacobian[j, j] += 1.0
 
 

@@ -14,6 +14,7 @@ from poststall_sim.aero.decambering import (
     AngleForm,
     Closure,
     alpha_slopes,
+    faded_mean,
     nonlocal_jacobian,
     nonlocal_residual,
     operating_points,
@@ -216,10 +217,11 @@ def uniqueness(model: Model, problem: SteadyProblem, delta: FloatArray) -> float
     operating_points(delta, strips, problem.operator, linear, alpha, circulation, speed)
     alpha_slopes(delta, strips, problem.operator, linear, circulation, speed, slope)
     if model.settings.closure is Closure.NONLOCAL:
-        change = np.empty(n)
-        nonlocal_residual(delta, strips, linear, lattice.curves, lattice.polar_index, model.mean,
+        change, weights = np.empty(n), np.empty((n, n))
+        faded_mean(strips, model.mean, weights)
+        nonlocal_residual(delta, strips, linear, lattice.curves, lattice.polar_index, weights,
                           alpha, residual, change)
-        nonlocal_jacobian(strips, model.mean, change, slope, jacobian)
+        nonlocal_jacobian(weights, change, slope, jacobian)
     else:
         values = np.empty((n, 4))
         sections(lattice.curves, lattice.polar_index, alpha + strips[6], values)

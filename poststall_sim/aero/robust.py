@@ -128,6 +128,10 @@ def _imbalance(alpha, strips, linear, curves, polar_index, inverse, level, value
     return worst
 
 
+NEWTON_RANGE = 0.03
+"""Imbalance [rad] from which on Newton is worth a trial."""
+ROUGH = 1e-3
+"""Imbalance [rad] that a strip is left with in a sweep: Newton finishes."""
 STEEPEST = 2.5
 """No strip's own balance is steeper: a step of its value over this cannot miss a root."""
 SMALLEST_STEP = math.radians(0.25)
@@ -164,7 +168,7 @@ def _first_root(j, alpha, rest, strips, linear, curve, inverse, level, value):
                 middle = low + (high - low) * share
                 _strip(j, middle, strips, linear, curve, value)
                 at = t * value[2] - value[0] - small * value[1] + rest
-                if abs(at) < 1e-8:
+                if abs(at) < ROUGH:
                     break
                 if at * sign <= 0.0:
                     high, at_high = middle, at
@@ -218,24 +222,25 @@ def robust(delta, strips, operator, inverse, level, linear, curves, polar_index,
     iterations = 0
     while worst > FINISH and iterations < limit:
         iterations += 1
-        for j in range(n):
-            for k in range(n):
-                jacobian[j, k] = inverse[j, k] * values[k, 5] - level[j, k] * values[k, 4]
-            jacobian[j, j] -= values[j, 3]
-            if strips[7, j] == 0.0:
-                jacobian[j, :] = 0.0
-                jacobian[j, j] = 1.0
-        step = np.linalg.solve(jacobian, -force)
-        if np.abs(step).max() < LARGEST_STEP:
-            trial = current + step
-            new = _imbalance(trial, strips, linear, curves, polar_index, inverse, level,
-                             trial_values, trial_force)
-            if new <= 0.5 * worst:
-                current, worst = trial, new
-                values, trial_values = trial_values, values
-                force, trial_force = trial_force, force
-                history[iterations] = worst
-                continue
+        if worst < NEWTON_RANGE:
+            for j in range(n):
+                for k in range(n):
+                    jacobian[j, k] = inverse[j, k] * values[k, 5] - level[j, k] * values[k, 4]
+                jacobian[j, j] -= values[j, 3]
+                if strips[7, j] == 0.0:
+                    jacobian[j, :] = 0.0
+                    jacobian[j, j] = 1.0
+            step = np.linalg.solve(jacobian, -force)
+            if np.abs(step).max() < LARGEST_STEP:
+                trial = current + step
+                new = _imbalance(trial, strips, linear, curves, polar_index, inverse, level,
+                                 trial_values, trial_force)
+                if new <= 0.5 * worst:
+                    current, worst = trial, new
+                    values, trial_values = trial_values, values
+                    force, trial_force = trial_force, force
+                    history[iterations] = worst
+                    continue
         if worst < 1e-3 * tolerance:    # round-off: no better to be had
             break
         for _ in range(sweeps):

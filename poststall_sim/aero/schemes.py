@@ -22,6 +22,7 @@ from poststall_sim.aero.decambering import (
     EXACT,
     TWO_PI,
     alpha_slopes,
+    faded_mean,
     local_residual,
     nonlocal_jacobian,
     nonlocal_residual,
@@ -67,11 +68,13 @@ def newton(delta, strips, operator, linear, curves, polar_index, mean, tolerance
     """
     n = delta.size
     slope, jacobian, change = np.empty((n, n)), np.empty((n, n)), np.empty(n)
+    weights = np.empty((n, n))
+    faded_mean(strips, mean, weights)
     strip_theory(delta, strips, linear, curves, polar_index)
     current, trial = delta.copy(), delta.copy()
     operating_points(current, strips, operator, linear, alpha, circulation, speed)
     nonlocal_residual(
-        current, strips, linear, curves, polar_index, mean, alpha, residual, change)
+        current, strips, linear, curves, polar_index, weights, alpha, residual, change)
     square = np.dot(residual, residual)
     worst = np.abs(residual).max()
     best = worst
@@ -81,7 +84,7 @@ def newton(delta, strips, operator, linear, curves, polar_index, mean, tolerance
     while best > tolerance and iterations < limit:
         iterations += 1
         alpha_slopes(current, strips, operator, linear, circulation, speed, slope)
-        nonlocal_jacobian(strips, mean, change, slope, jacobian)
+        nonlocal_jacobian(weights, change, slope, jacobian)
         while True:
             matrix = jacobian
             if mu > 0.0:
@@ -100,7 +103,7 @@ def newton(delta, strips, operator, linear, curves, polar_index, mean, tolerance
                 trial[j] = current[j] + scale * step[j]
             operating_points(trial, strips, operator, linear, alpha, circulation, speed)
             nonlocal_residual(
-                trial, strips, linear, curves, polar_index, mean, alpha, residual, change)
+                trial, strips, linear, curves, polar_index, weights, alpha, residual, change)
             new = np.dot(residual, residual)
             # Under strong pseudo-time the residual may rise on its way round a fold.
             if new < (1.0 - 1e-3 * scale) * square or mu >= 8.0:
@@ -115,7 +118,7 @@ def newton(delta, strips, operator, linear, curves, polar_index, mean, tolerance
             mu = max(4.0 * mu, 0.5)
             operating_points(current, strips, operator, linear, alpha, circulation, speed)
             nonlocal_residual(
-                current, strips, linear, curves, polar_index, mean, alpha, residual, change)
+                current, strips, linear, curves, polar_index, weights, alpha, residual, change)
         worst = np.abs(residual).max()
         if worst < best:
             best = worst
@@ -124,7 +127,7 @@ def newton(delta, strips, operator, linear, curves, polar_index, mean, tolerance
     if worst > best:   # the last point evaluated is not the best one
         operating_points(delta, strips, operator, linear, alpha, circulation, speed)
         nonlocal_residual(
-            delta, strips, linear, curves, polar_index, mean, alpha, residual, change)
+            delta, strips, linear, curves, polar_index, weights, alpha, residual, change)
     for j in range(n):
         delta[j] = wrap(delta[j])
     return iterations
