@@ -130,6 +130,14 @@ class Surface:
                           b.leading_edge_G[2] - a.leading_edge_G[2]) < 1e-6 * a.chord:
                 raise ConfigError(f'surface {self.name}: two neighbouring sections stand at the '
                                   f'same y and z, {a.leading_edge_G[1:]}')
+            across = b.leading_edge_G[1] - a.leading_edge_G[1]
+            level = abs(across) >= abs(b.leading_edge_G[2] - a.leading_edge_G[2])
+            if across < 0.0 and (self.symmetric or level):
+                raise ConfigError(
+                    f'surface {self.name}: sections go from '
+                    f'{"the root to the starboard tip" if self.symmetric else "left to right"}, '
+                    f'y rising (to the right), but y falls from {a.leading_edge_G[1]:g} to '
+                    f'{b.leading_edge_G[1]:g} m')
         halves = (len(self.sections) - 1) * (2 if self.symmetric else 1)
         if self.strips < halves:
             raise ConfigError(f'surface {self.name}: {self.strips} strips are fewer than its '

@@ -11,7 +11,7 @@ itself is of first order.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -188,16 +188,20 @@ class Flight:
         self.dt_ns = dt_ns
         self.trim = limited(model.aircraft, controls)
         self.wind_N = np.array(wind_N, dtype=float)
-        self._first = (body, delta0)
+        # Through the air: a reset in another wind is as trimmed as the start was.
+        self._first = replace(body, velocity_B=_air_velocity(body, self.wind_N))
+        self._delta0 = delta0
         self.reset(time_ns=0)
 
     def reset(self, time_ns: int | None = None) -> Snapshot:
-        """Go back to the initial state with a fresh wake; time goes on unless it is given."""
-        body, delta0 = self._first
+        """Go back to the initial place and airspeed with a fresh wake; time goes on unless given."""
+        first = self._first
+        body = replace(
+            first, velocity_B=first.velocity_B + rotation(first.q_NB).T @ self.wind_N)
         self.paused_reason: str | None = None
         self.state, self.snapshot = begin(
-            self.model, body, self.trim, dt_ns=self.dt_ns, wind_N=self.wind_N, delta0=delta0,
-            time_ns=self.snapshot.time_ns if time_ns is None else time_ns)
+            self.model, body, self.trim, dt_ns=self.dt_ns, wind_N=self.wind_N,
+            delta0=self._delta0, time_ns=self.snapshot.time_ns if time_ns is None else time_ns)
         return self.snapshot
 
     def step(self, controls: Controls) -> Snapshot:

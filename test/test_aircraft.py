@@ -139,3 +139,19 @@ def test_a_record_cannot_change_behind_its_user():
     assert kept[0] == 0.0
     with pytest.raises(ValueError, match='read-only'):
         kept[0] = 1.0
+
+
+@pytest.mark.parametrize('places, symmetric, message', [
+    ([(0, 0, 0), (0, -2, 0)], True, 'from the root to the starboard tip, y rising'),
+    ([(0, 2, 0), (0, -2, 0)], False, 'from left to right, y rising'),
+])
+def test_a_surface_drawn_the_wrong_way_round_is_refused(places, symmetric, message):
+    """Its normals would point down and its camber would be inverted."""
+    with pytest.raises(ConfigError, match=message):
+        Surface('wing', tuple(Section(place, 1.0, 'a') for place in places), 4,
+                symmetric=symmetric)
+
+
+def test_a_fin_may_lean_to_either_side():
+    for lean in (-0.3, 0.3):
+        Surface('fin', (Section((0, 0, 0), 1.0, 'a'), Section((0, lean, 1.0), 1.0, 'a')), 4)

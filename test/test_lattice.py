@@ -274,3 +274,28 @@ def test_added_mass_of_a_rectangular_plate_is_the_published_one(ratio, published
     shares = [added_mass(ratio, n, n)[2, 2] / (math.pi / 4.0 * ratio) for n in (12, 24)]
     # First order in both directions; what is left after extrapolation is of second, 0.1 %.
     assert 2.0 * shares[1] - shares[0] == pytest.approx(published, rel=0.002)
+
+
+def test_kinks_crowded_at_the_tip_get_an_edge_each():
+    """Six stations, four of them in the outer tenth, on five strips a side: just enough."""
+    places = [(0, 0, 0), (0, 1.0, 0), (0, 1.5, 0), (0, 1.52, 0), (0, 1.54, 0), (0, 1.6, 0)]
+    surface = wings.panel_wing(FOIL, places, [0.4] * 6, 10, symmetric=True)
+    lattice = lattice_of(surface)
+    edges = np.unique(np.round(np.abs(lattice.wake_nodes[:, 1]), 9))
+    assert edges == pytest.approx([y for _, y, _ in places], abs=1e-9)
+
+
+@pytest.mark.parametrize('surfaces, message', [
+    ([wings.panel_wing(FOIL, [(0, 0, 0), (0, 5, 0)], [1, 1], 10, symmetric=True),
+      wings.panel_wing(FOIL, [(0.4, 0, 0.005), (0.4, 2, 0.005)], [0.5, 0.5], 4, symmetric=True,
+                       name='tail')],
+     'surfaces .* and .* lie in each other'),
+    ([wings.panel_wing(FOIL, [(0, 0, 0), (0, 1e-5, 1)], [1, 1], 4, symmetric=True)],
+     'the two sides of surface wing lie in each other'),
+    ([wings.panel_wing(FOIL, [(0, 0, 0), (0, 1e-3, 0)], [1, 1], 4, symmetric=True)],
+     'strip wing_1 is 5.0e-04 of its chord wide, it needs at least 0.001'),
+])
+def test_surfaces_that_lie_in_each_other_or_have_no_width_are_refused(surfaces, message):
+    machine = wings.aircraft(surfaces, FOIL, area=1.0, chord=1.0, span=1.0)
+    with pytest.raises(ConfigError, match=message):
+        build(machine)

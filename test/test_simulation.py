@@ -80,7 +80,7 @@ def everything(snapshot):
 
 
 def first_body(level, **changes):
-    return dataclasses.replace(level._first[0], **changes)
+    return dataclasses.replace(level._first, **changes)
 
 
 def weight_B(snapshot, mass):
@@ -93,7 +93,7 @@ def self_convergence(trainer, level, settings, seconds, steps_ms):
     ends = []
     for dt in steps_ms:
         snapshots = fly(model, first_body(level), moving(level, seconds), seconds,
-                        dt_ns=round(dt * 1e6), delta0=level._first[1])
+                        dt_ns=round(dt * 1e6), delta0=level._delta0)
         assert not any(s.strips.stalled.any() for s in snapshots)   # an attached manoeuvre
         ends.append(packed(snapshots[-1]))
     differences = [np.linalg.norm(b - a) for a, b in zip(ends, ends[1:])]
@@ -163,7 +163,7 @@ def test_reset_is_the_first_state_again_while_time_goes_on(level):
 
 def test_a_trimmed_flight_stays_on_trim(level):
     snapshots = fly(level.model, first_body(level), held(level.trim), 10.0,
-                    delta0=level._first[1])
+                    delta0=level._delta0)
     airspeed = np.array([s.airspeed for s in snapshots])
     alpha = np.degrees([s.alpha for s in snapshots])
     # The wake of 10 m stands for the endless one of the trim: 1e-4 of the loads.
@@ -316,7 +316,7 @@ def test_a_light_aircraft_rolls_without_chatter(trainer, share):
     airspeed = AIRSPEED * math.sqrt(scale)
     start = simulation.start(light, airspeed=airspeed, altitude=100.0, dt=0.015)
     snapshots = fly(start.model, first_body(start, rates_B=np.array([0.5, 0.0, 0.0])),
-                    held(start.trim), 2.0, dt_ns=start.dt_ns, delta0=start._first[1])
+                    held(start.trim), 2.0, dt_ns=start.dt_ns, delta0=start._delta0)
     rates = np.array([s.body.rates_B for s in snapshots])
     assert np.abs(rates).max() <= 0.5   # never above the disturbance
     assert abs(rates[-1, 0]) < 0.05     # the roll has died out
@@ -327,6 +327,18 @@ def test_a_light_aircraft_rolls_without_chatter(trainer, share):
 
 
 # --- ends
+
+def test_reset_in_another_wind_is_as_trimmed_as_the_start(level):
+    """Airspeed and angles come back, the ground speed is what the new wind makes of them."""
+    flight = simulation.Flight(level.model, first_body(level), level.trim, dt_ns=DT_NS)
+    start = flight.snapshot
+    flight.wind_N = np.array([0.0, -6.0, 0.0])
+    again = flight.reset()
+    np.testing.assert_allclose(again.velocity_air_B, start.velocity_air_B, atol=1e-12)
+    moved = rotation(again.body.q_NB) @ again.body.velocity_B \
+        - rotation(start.body.q_NB) @ start.body.velocity_B
+    np.testing.assert_allclose(moved, flight.wind_N, atol=1e-12)
+
 
 def test_ground_contact_pauses_with_the_reason_and_keeps_the_state(level):
     body = first_body(level, position_N=np.array([0.0, 0.0, -0.4]),

@@ -185,8 +185,9 @@ def _edges(place: list[float], strips: int, cosine: bool, symmetric: bool) -> Fl
         kinks = [kink for kink in kinks if kink > 0.5 * total * (1.0 + 1e-12)]
         edges[strips // 2] = 0.5 * total
     first = strips // 2 + 1 if symmetric else 1
-    for kink in kinks:
-        k = first + int(np.argmin(np.abs(edges[first:-1] - kink)))
+    for i, kink in enumerate(kinks):
+        last = strips - (len(kinks) - 1 - i)    # an edge each is left for the kinks to come
+        k = first + int(np.argmin(np.abs(edges[first:last] - kink)))
         edges[k] = kink
         first = k + 1
     if symmetric:
