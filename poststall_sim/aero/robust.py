@@ -128,7 +128,7 @@ def _imbalance(alpha, strips, linear, curves, polar_index, inverse, level, value
     return worst
 
 
-NEWTON_RANGE = 0.03
+NEWTON_RANGE = 0.05
 """Imbalance [rad] from which on Newton is worth a trial."""
 ROUGH = 1e-3
 """Imbalance [rad] that a strip is left with in a sweep: Newton finishes."""
@@ -222,7 +222,7 @@ def robust(delta, strips, operator, inverse, level, linear, curves, polar_index,
     iterations = 0
     while worst > FINISH and iterations < limit:
         iterations += 1
-        if worst < NEWTON_RANGE:
+        if worst < NEWTON_RANGE or sweeps > 1:
             for j in range(n):
                 for k in range(n):
                     jacobian[j, k] = inverse[j, k] * values[k, 5] - level[j, k] * values[k, 4]
