@@ -131,8 +131,8 @@ class Observer:
         self.time: float | None = None
         self.diagnostics: dict[str, dict[str, str]] = {}
         self.reports = 0
-        for topic, heard in ((topics.PUBLISHED[0], self._on_clock),
-                             (topics.PUBLISHED[-1], self._on_diagnostics)):
+        for topic, heard in ((topics.CLOCK, self._on_clock),
+                             (topics.DIAGNOSTICS, self._on_diagnostics)):
             self._node.create_subscription(
                 messages.message_class(topic.type), topic.name, heard,
                 messages.qos_profile(topic.qos))
@@ -155,7 +155,7 @@ class Observer:
         return all(
             any(info.node_name == node_name
                 for info in self._node.get_subscriptions_info_by_topic(topic.name))
-            for topic in topics.PUBLISHED if topic.name != 'joint_states')
+            for topic in topics.PUBLISHED if topic is not topics.JOINT_STATES)
 
     def wait(self, what: str, done: Callable[[], bool], children: list[Child],
              limit: float) -> None:

@@ -160,7 +160,7 @@ class FlightRecorder:
         for topic in topics.PUBLISHED:
             if topic.rate is topics.Rate.ONCE:
                 self._write(topic, flight.snapshot)
-        self.add(flight.snapshot)
+        self._record(flight.snapshot)
 
     def __enter__(self) -> 'FlightRecorder':
         return self
@@ -169,22 +169,25 @@ class FlightRecorder:
         self.close()
 
     def add(self, snapshot: Snapshot, commands: Mapping[str, float] | None = None) -> None:
-        """Write what is due at a snapshot, and the pilot's commands if there are any."""
+        """Count a step; write what is due after it, and the pilot's commands if there are any."""
         self._tally.add(snapshot)
-        due = self._schedule.due(snapshot.time_ns)
-        for topic in due:
-            if topic.name != 'joint_states' or self._layout.command_names:
-                self._write(topic, snapshot)
-        if commands and any(topic.rate is topics.Rate.STATE for topic in due):
-            self._recorder.write(topics.COMMANDS[1], topics.joint_fields(
-                snapshot.time_ns, commands), snapshot.time_ns)
-        if self._reported_ns is None or snapshot.time_ns - self._reported_ns >= 1_000_000_000:
-            self._report(snapshot)
+        self._record(snapshot, commands)
 
     def close(self) -> None:
         """Write a last report and end the bag."""
         self._report(self._flight.snapshot)
         self._recorder.close()
+
+    def _record(self, snapshot: Snapshot, commands: Mapping[str, float] | None = None) -> None:
+        due = self._schedule.due(snapshot.time_ns)
+        for topic in due:
+            if topic is not topics.JOINT_STATES or self._layout.command_names:
+                self._write(topic, snapshot)
+        if commands and any(topic.rate is topics.Rate.STATE for topic in due):
+            self._recorder.write(topics.PILOT, topics.joint_fields(
+                snapshot.time_ns, commands), snapshot.time_ns)
+        if self._reported_ns is None or snapshot.time_ns - self._reported_ns >= 1_000_000_000:
+            self._report(snapshot)
 
     def _write(self, topic: topics.Topic, snapshot: Snapshot) -> None:
         self._recorder.write(topic, topic.fields(snapshot, self._layout), snapshot.time_ns)
@@ -192,7 +195,7 @@ class FlightRecorder:
     def _report(self, snapshot: Snapshot) -> None:
         self._reported_ns = snapshot.time_ns
         reason = self._flight.paused_reason
-        self._recorder.write(topics.PUBLISHED[-1], topics.diagnostics_fields(
+        self._recorder.write(topics.DIAGNOSTICS, topics.diagnostics_fields(
             snapshot.time_ns, self._flight.model.aircraft.name, [
                 topics.Condition(
                     topics.Level.ERROR if reason else topics.Level.OK, 'simulator: flight',
@@ -275,7 +278,7 @@ def read(path: str | os.PathLike[str]) -> dict[str, Series]:
 
     stamps = {name: _stamps(messages) for name, (_, _, messages, _) in raw.items()}
     stamped = [name for name, found in stamps.items() if found is not None]
-    best = '/clock' if '/clock' in stamped else max(
+    best = topics.CLOCK.name if topics.CLOCK.name in stamped else max(
         stamped, key=lambda name: len(stamps[name]), default=None)
     result = {}
     for name, (kind, logged, messages, skipped) in raw.items():

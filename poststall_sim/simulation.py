@@ -201,7 +201,8 @@ class Flight:
         self.paused_reason: str | None = None
         self.state, self.snapshot = begin(
             self.model, body, self.trim, dt_ns=self.dt_ns, wind_N=self.wind_N,
-            delta0=self._delta0, time_ns=self.snapshot.time_ns if time_ns is None else time_ns)
+            delta0=self._delta0,
+            time_ns=self.snapshot.time_ns if time_ns is None else time_ns)
         return self.snapshot
 
     def step(self, controls: Controls) -> Snapshot:

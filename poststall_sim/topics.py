@@ -14,6 +14,7 @@ sequence, and readers that do not expect that refuse the message.
 import enum
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -38,15 +39,10 @@ class Rate(enum.Enum):
     DIAGNOSTICS = ('rates.diagnostics', 1.0, 'wall time')
     ONCE = ('', 0.0, '')
 
-    @property
-    def parameter(self) -> str:
-        """Name of the node's parameter, empty for what is published once."""
-        return self.value[0]
-
-    @property
-    def default(self) -> float:
-        """Rate [Hz] unless the parameter says otherwise."""
-        return self.value[1]
+    def __init__(self, parameter: str, default: float, counts: str) -> None:
+        self.parameter = parameter   # empty for what is published once
+        self.default = default
+        self.counts = counts
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,8 +60,9 @@ class Layout:
     What stays the same during a flight: names, strip geometry, frames.
 
     control_names : in the order of the deflections; engines : whether there is a throttle;
-    strip_names : one per strip; strip_y, strip_chord : (n,) in FLU [m]; strip_cl_max : (n,) each
-    section's greatest lift; limits : (low, high) by control [rad]; map_frame, base_frame : frame ids.
+    strip_names : one per strip; strip_y, strip_chord : (n,) in FLU [m]; strip_cl_max : (n,)
+    each section's greatest lift; limits : (low, high) by control [rad]; map_frame, base_frame :
+    frame ids.
     """
 
     control_names: tuple[str, ...]
@@ -157,10 +154,6 @@ def strip_fields(values: FloatArray) -> Fields:
             'data': np.ascontiguousarray(values, dtype=np.float64)}
 
 
-def _clock(snapshot: Snapshot, layout: Layout) -> Fields:
-    return {'clock': stamp(snapshot.time_ns)}
-
-
 def _pose(snapshot: Snapshot, layout: Layout) -> Fields:
     return {'header': header(snapshot.time_ns, layout.map_frame), 'pose': pose_fields(snapshot)}
 
@@ -188,12 +181,17 @@ def _wind(snapshot: Snapshot, layout: Layout) -> Fields:
             'vector': map_xyz(snapshot.wind_N)}
 
 
-def _joint_states(snapshot: Snapshot, layout: Layout) -> Fields:
-    return joint_fields(snapshot.time_ns, command_values(snapshot.controls, layout))
+def _number(key: str):
+    return lambda snapshot, layout: {'data': float(getattr(snapshot, key))}
 
 
-def _strips(values: Callable[[Snapshot, Layout], FloatArray]):
-    return lambda snapshot, layout: strip_fields(values(snapshot, layout))
+def _strips(key: str):
+    values = attrgetter('strips.' + key)
+    return lambda snapshot, layout: strip_fields(values(snapshot))
+
+
+def _places(key: str):
+    return lambda snapshot, layout: strip_fields(getattr(layout, key))
 
 
 def joint_fields(time_ns: int, values: Mapping[str, float]) -> Fields:
@@ -298,10 +296,21 @@ _COMMANDS = Qos(depth=32, reliable=False)
 _ARRAY = 'std_msgs/msg/Float64MultiArray'
 _FLOAT = 'std_msgs/msg/Float64'
 
+CLOCK = Topic(
+    '/clock', 'rosgraph_msgs/msg/Clock', Rate.CLOCK,
+    'simulated time = steps x dt; also while paused, then with the same stamp',
+    lambda s, _: {'clock': stamp(s.time_ns)}, Qos(depth=1, reliable=False))
+AIRSPEED = Topic('air_data/airspeed', _FLOAT, Rate.STATE, 'true airspeed [m/s]',
+                 _number('airspeed'))
+JOINT_STATES = Topic(
+    'joint_states', 'sensor_msgs/msg/JointState', Rate.STATE,
+    'actual deflections by name [rad], throttle 0..1; velocity and effort are 0 (not computed)',
+    lambda s, layout: joint_fields(s.time_ns, command_values(s.controls, layout)))
+DIAGNOSTICS = Topic('/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', Rate.DIAGNOSTICS,
+                    'real-time factor, lag, solver, commands: how the simulator does')
+
 PUBLISHED: tuple[Topic, ...] = (
-    Topic('/clock', 'rosgraph_msgs/msg/Clock', Rate.CLOCK,
-          'simulated time = steps x dt; also while paused, then with the same stamp',
-          _clock, Qos(depth=1, reliable=False)),
+    CLOCK,
     Topic('pose', 'geometry_msgs/msg/PoseStamped', Rate.STATE,
           'base_link in map [m]; quaternion FLU to ENU', _pose),
     Topic('odom', 'nav_msgs/msg/Odometry', Rate.STATE,
@@ -312,13 +321,11 @@ PUBLISHED: tuple[Topic, ...] = (
                 lambda s: (s.body.velocity_B, s.body.rates_B))),
     Topic('twist/air', 'geometry_msgs/msg/TwistStamped', Rate.STATE,
           'velocity through the air and rates, in base_link [m/s, rad/s]',
-          _pair('twist', 'linear', 'angular',
-                lambda s: (s.velocity_air_B, s.body.rates_B))),
+          _pair('twist', 'linear', 'angular', lambda s: (s.velocity_air_B, s.body.rates_B))),
     Topic('accel', 'geometry_msgs/msg/AccelStamped', Rate.STATE,
           'd(velocity)/dt seen from map, gravity included, and d(rates)/dt, in base_link '
           '[m/s^2, rad/s^2]',
-          _pair('accel', 'linear', 'angular',
-                lambda s: (s.acceleration_B, s.rate_change_B))),
+          _pair('accel', 'linear', 'angular', lambda s: (s.acceleration_B, s.rate_change_B))),
     Topic('wrench', 'geometry_msgs/msg/WrenchStamped', Rate.STATE,
           'aerodynamic force and moment about the centre of gravity, in base_link, without '
           'gravity and thrust [N, N m]',
@@ -326,56 +333,46 @@ PUBLISHED: tuple[Topic, ...] = (
     Topic('wrench/propulsion', 'geometry_msgs/msg/WrenchStamped', Rate.STATE,
           'thrust and its moment about the centre of gravity, in base_link [N, N m]',
           _pair('wrench', 'force', 'torque', lambda s: (s.thrust_B, s.thrust_moment_B))),
-    Topic('air_data/airspeed', _FLOAT, Rate.STATE, 'true airspeed [m/s]',
-          lambda s, _: {'data': float(s.airspeed)}),
-    Topic('air_data/alpha', _FLOAT, Rate.STATE, 'angle of attack [rad]',
-          lambda s, _: {'data': float(s.alpha)}),
+    AIRSPEED,
+    Topic('air_data/alpha', _FLOAT, Rate.STATE, 'angle of attack [rad]', _number('alpha')),
     Topic('air_data/beta', _FLOAT, Rate.STATE,
-          'angle of sideslip, positive with the wind from the right [rad]',
-          lambda s, _: {'data': float(s.beta)}),
+          'angle of sideslip, positive with the wind from the right [rad]', _number('beta')),
     Topic('air_data/load_factor', _FLOAT, Rate.STATE, 'load factor, 1 in level flight [-]',
-          lambda s, _: {'data': float(s.load_factor)}),
-    Topic('joint_states', 'sensor_msgs/msg/JointState', Rate.STATE,
-          'actual deflections by name [rad], throttle 0..1; velocity and effort are 0 (not '
-          'computed)', _joint_states),
+          _number('load_factor')),
+    JOINT_STATES,
     Topic('wind/applied', 'geometry_msgs/msg/Vector3Stamped', Rate.WIND,
           'velocity of the air in map, where it blows TO [m/s]', _wind),
-    Topic('strip_cl', _ARRAY, Rate.STRIPS, 'section lift coefficients [-]',
-          _strips(lambda s, _: s.strips.cl)),
+    Topic('strip_cl', _ARRAY, Rate.STRIPS, 'section lift coefficients [-]', _strips('cl')),
     Topic('strip_alpha', _ARRAY, Rate.STRIPS,
-          'angles of attack at which the sections work [rad]',
-          _strips(lambda s, _: s.strips.alpha)),
+          'angles of attack at which the sections work [rad]', _strips('alpha')),
     Topic('strip_decambering', _ARRAY, Rate.STRIPS, 'decambering angles [rad]',
-          _strips(lambda s, _: s.strips.delta)),
-    Topic('strip_cd', _ARRAY, Rate.STRIPS, 'section drag coefficients [-]',
-          _strips(lambda s, _: s.strips.cd)),
+          _strips('delta')),
+    Topic('strip_cd', _ARRAY, Rate.STRIPS, 'section drag coefficients [-]', _strips('cd')),
     Topic('strip_cm', _ARRAY, Rate.STRIPS,
-          'section moment coefficients about the quarter chord, nose-up [-]',
-          _strips(lambda s, _: s.strips.cm)),
+          'section moment coefficients about the quarter chord, nose-up [-]', _strips('cm')),
     Topic('strip_gamma', _ARRAY, Rate.STRIPS, 'strip circulations [m^2/s]',
-          _strips(lambda s, _: s.strips.circulation)),
+          _strips('circulation')),
     Topic('strip_stalled', _ARRAY, Rate.STRIPS,
-          '1 where a section works past its greatest or least lift, else 0',
-          _strips(lambda s, _: s.strips.stalled)),
+          '1 where a section works past its greatest or least lift, else 0; 0 throughout without '
+          'decambering, where lift has no greatest value', _strips('stalled')),
     Topic('strip_y', _ARRAY, Rate.ONCE, 'where the strips are, y in base_link (left) [m]',
-          _strips(lambda _, layout: layout.strip_y), _LATCHED),
+          _places('strip_y'), _LATCHED),
     Topic('strip_chord', _ARRAY, Rate.ONCE, 'chords of the strips [m]',
-          _strips(lambda _, layout: layout.strip_chord), _LATCHED),
+          _places('strip_chord'), _LATCHED),
     Topic('strip_cl_max', _ARRAY, Rate.ONCE, 'greatest lift coefficients of the sections [-]',
-          _strips(lambda _, layout: layout.strip_cl_max), _LATCHED),
-    Topic('/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', Rate.DIAGNOSTICS,
-          'real-time factor, lag, solver, commands: how the simulator does'),
+          _places('strip_cl_max'), _LATCHED),
+    DIAGNOSTICS,
 )
 
-COMMANDS: tuple[Topic, ...] = (
-    Topic('autopilot/surface_cmd', 'sensor_msgs/msg/JointState', Rate.ONCE,
-          'deflections by name [rad], throttle 0..1; those not named hold', qos=_COMMANDS),
-    Topic('pilot/surface_cmd', 'sensor_msgs/msg/JointState', Rate.ONCE,
-          'the same from the pilot, who goes before the autopilot', qos=_COMMANDS),
-    Topic('surface_commands', _ARRAY, Rate.ONCE,
-          'for the autopilot: values in the order of the parameter `surfaces`',
-          qos=Qos(depth=1, reliable=False)),
-)
+AUTOPILOT = Topic('autopilot/surface_cmd', 'sensor_msgs/msg/JointState', Rate.ONCE,
+                  'deflections by name [rad], throttle 0..1; those not named hold', qos=_COMMANDS)
+PILOT = Topic('pilot/surface_cmd', 'sensor_msgs/msg/JointState', Rate.ONCE,
+              'the same from the pilot, who goes before the autopilot', qos=_COMMANDS)
+SURFACES = Topic('surface_commands', _ARRAY, Rate.ONCE,
+                 'for the autopilot: values in the order of the parameter `surfaces`',
+                 qos=Qos(depth=1, reliable=False))
+
+COMMANDS: tuple[Topic, ...] = (AUTOPILOT, PILOT, SURFACES)
 
 
 class Schedule:

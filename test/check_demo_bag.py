@@ -138,7 +138,8 @@ def check_recording(check, bag):
         '/clock', '/pose', '/odom', '/twist', '/twist/air', '/accel', '/wrench',
         '/wrench/propulsion', '/air_data/airspeed', '/air_data/alpha', '/air_data/beta',
         '/air_data/load_factor', '/wind/applied', '/joint_states', '/strip_cl', '/strip_alpha',
-        '/strip_decambering', '/strip_y', '/strip_chord', '/diagnostics', '/pilot/surface_cmd'}
+        '/strip_decambering', '/strip_cd', '/strip_cm', '/strip_gamma', '/strip_stalled',
+        '/strip_y', '/strip_chord', '/strip_cl_max', '/diagnostics', '/pilot/surface_cmd'}
     check(expected <= set(bag), f'the bag holds every topic (missing: {expected - set(bag)})')
     backwards = [topic for topic, (time, _) in bag.items() if (np.diff(time) < 0.0).any()]
     check(not backwards, f'time never runs backwards ({backwards})')
@@ -204,6 +205,20 @@ def check_attached(check, flight, wing, high, low):
     check(facts['drop'] < 10.0, f'without it the nose drops by {facts["drop"]:.0f} deg (below 10)')
     delta = np.array([m.data for m in flight.bag['/strip_decambering'][1]])
     check(not delta.any(), 'without decambering there is none')
+    # Lift goes on with alpha: where a curve has long fallen, it is still above its maximum.
+    cl = np.array([m.data for m in flight.bag['/strip_cl'][1]])[:, wing]
+    cl_max = np.array(flight.bag['/strip_cl_max'][1][0].data)[wing]
+    past = (flight.strip_alpha > high)[:, wing]
+    check(past.any(axis=0).mean() >= 0.5, f'without it {100 * past.any(axis=0).mean():.0f} % of '
+          "the wing's strips pass their section's stall angle (at least 50 %)")
+    least = (cl / cl_max)[past].min(initial=math.inf)
+    check(least >= 0.95, f'and past it no section loses lift: cl is {least:.2f} of cl_max or more '
+          '(at least 0.95)')
+    most = (cl / cl_max).max()
+    check(most >= 1.5, f'and goes up to {most:.2f} of cl_max (at least 1.5; the mean over a chord '
+          'of span alone allows 1.1)')
+    stalled = np.array([m.data for m in flight.bag['/strip_stalled'][1]])
+    check(stalled.size > 0 and not stalled.any(), 'without it strip_stalled is 0 throughout')
 
 
 def check_pace(check, bag, strict):

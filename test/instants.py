@@ -1,6 +1,6 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
-"""Snapshots made by hand, with a different number everywhere, for the tests of messages."""
+"""Snapshots made by hand, with a different number everywhere, and scenario files, for tests."""
 
 import numpy as np
 
@@ -39,3 +39,15 @@ def a_layout(strips=4, **changes):
         'strip_cl_max': np.full(strips, 1.4),
         'limits': ((-0.3, 0.3),) * 3}
     return topics.Layout(**{**values, **changes})
+
+
+def a_scenario(path, control, points_deg):
+    """Write a scenario of 2 s that moves one control, and return its path."""
+    path.write_text(f"""
+name: {path.stem}
+duration_s: 2.0
+initial: {{airspeed_m_s: 15.0, altitude_m: 300.0}}
+channels:
+  {control}: {{relative: true, points_deg: {points_deg}}}
+""")
+    return path

@@ -1,6 +1,6 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
-"""Plain fields into rclpy messages and back, and commands out of messages."""
+"""Plain fields into rclpy messages and back, commands out of messages, parameters."""
 
 import math
 
@@ -9,13 +9,17 @@ import pytest
 
 pytest.importorskip('rclpy', reason='rclpy is not installed')
 
+import rclpy
 from instants import a_layout, a_snapshot
+from processes import free_domain
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
 from poststall_sim import topics
+from poststall_sim.aircraft import ConfigError
 from poststall_sim.frames import quaternion_from_enu_flu, swap_body_flu, swap_ned_enu
+from poststall_sim.ros import parameters
 from poststall_sim.ros.messages import (
     Refusal,
     RefusedCommand,
@@ -136,3 +140,72 @@ def test_a_bad_array_is_refused_whole(data, refusal, text):
     with pytest.raises(RefusedCommand, match=text) as caught:
         commands_from_array(Float64MultiArray(data=data), NAMES)
     assert caught.value.refusal is refusal
+
+
+@pytest.fixture
+def declared(monkeypatch):
+    """Declare the simulator's parameters with given ones; return them, the node, the warnings."""
+    context, nodes = rclpy.Context(), []
+    context.init(args=[], domain_id=free_domain())
+
+    def declare(*given):
+        nodes.append(rclpy.create_node('simulator', context=context, cli_args=[
+            '--ros-args', *(part for item in given for part in ('-p', item))]))
+        heard = []
+        monkeypatch.setattr(nodes[-1].get_logger().__class__, 'warning',
+                            lambda self, text, **_: heard.append(text))
+        return parameters.declare(nodes[-1], parameters.SimulatorSettings), nodes[-1], heard
+
+    yield declare
+    for node in nodes:
+        node.destroy_node()
+    context.try_shutdown()
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize(('given', 'text'), [
+    ('real_time_factor:=true', 'real_time_factor: must be a number, got True'),
+    ('real_time_factor:=fast', "real_time_factor: must be a number, got 'fast'"),
+    ('real_time_factor:=.nan', 'real_time_factor: must be from 0 to 1000, got nan'),
+    ('wind.velocity:=[true, true, true]', 'wind.velocity: must be a list of numbers'),
+    ('wind.velocity:=[1, 2]', 'wind.velocity: must be 3 numbers'),
+    ('step_count:=2.0', 'step_count: must be a whole number, got 2.0'),
+    ('aircraft:=747', 'aircraft: must be text, got 747'),
+    ("frames.base:=''", 'frames.base: must not be empty'),
+    ("frames.map:=' '", 'frames.map: must not be empty'),
+    ('initial.altitude:=0', 'initial.altitude: must be from 0.1 to 20000, got 0'),
+    ('initial.altitude:=-1.0', 'initial.altitude: must be from 0.1 to 20000, got -1'),
+])
+def test_a_parameter_that_is_not_right_is_refused_by_name(declared, given, text):
+    with pytest.raises(ConfigError) as caught:
+        declared(given)
+    assert text in str(caught.value) and '\n' not in str(caught.value)
+
+
+@pytest.mark.ros
+def test_whole_numbers_are_real_ones_where_those_are_wanted(declared):
+    settings, node, warnings = declared('real_time_factor:=2', 'wind.velocity:=[0, 3, -1]',
+                                        'use_sim_time:=false')
+    assert settings.real_time_factor == node.get_parameter('real_time_factor').value == 2.0
+    assert type(node.get_parameter('real_time_factor').value) is float
+    assert settings.wind_velocity == (0.0, 3.0, -1.0)
+    assert not warnings
+
+
+@pytest.mark.ros
+def test_defaults_of_rates_are_those_of_the_table(declared):
+    _, node, _ = declared()
+    for rate in topics.Rate:
+        if rate.parameter:
+            assert node.get_parameter(rate.parameter).value == rate.default
+            assert rate.counts in node.describe_parameter(rate.parameter).description
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize(('given', 'meant'), [
+    ('airspeed', 'initial.airspeed'), ('initial.airpseed', 'initial.airspeed'),
+    ('altitute', 'initial.altitude'), ('state', 'rates.state'), ('zzz', None)])
+def test_a_parameter_that_nobody_reads_is_warned_of(declared, given, meant):
+    _, _, warnings = declared(f'{given}:=15.0')
+    assert warnings == [f'there is no parameter {given}, its value is not used'
+                        + (f'; did you mean {meant}?' if meant else '')]

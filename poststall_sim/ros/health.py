@@ -49,10 +49,11 @@ class Health:
             self.tally.statuses[Status.DIVERGED] += 1
 
     def flight(self, snapshot: Snapshot, *, paused: bool, reason: str | None,
-               clock_sources: int) -> Condition:
-        """Say whether the flight goes on, and if not, why."""
+               clock: str, clock_sources: int) -> Condition:
+        """Say whether the flight goes on, and if not, why; clock : the name of its topic."""
         if clock_sources > 1:
-            level, text = Level.ERROR, f'{clock_sources} nodes publish /clock, one may'
+            level, text = Level.ERROR, (f'{clock_sources} nodes publish {clock}, one may: set '
+                                        'publish_clock to false on all but one')
         elif reason:
             level, text = Level.WARN if reason.startswith('ground') else Level.ERROR, reason
         else:
@@ -88,7 +89,8 @@ class Health:
             'real_time_factor': pacer.achieved,
             'real_time_factor_now': now,
             'dt_s': pacer.dt_ns * 1e-9,
-            'steps': pacer.steps,
+            'steps': self.tally.steps,
+            'steps_by_service': self.tally.steps - pacer.steps,
             'late_ticks': pacer.late,
             'lag_max_ms': pacer.lag_max_ns * 1e-6,
             'lost_time_s': pacer.lost_ns * 1e-9,

@@ -13,7 +13,7 @@ class Pacer:
     max_steps; debt beyond that is forgiven (the schedule moves on) and counted as lost time,
     so that simulated time only ever advances by dt. A factor of 0 means as fast as possible:
     max_steps at every wake. A step is late when it runs more than max(2 dt, 20 ms) after it
-    was due.
+    was due. Only steps that were taken, as `stepped` is told, are counted.
     """
 
     LATE_NS = 20_000_000
@@ -30,7 +30,8 @@ class Pacer:
         self.running_ns = 0
         self._late_ns = max(2 * dt_ns, self.LATE_NS)
         self._start_ns: int | None = None
-        self._done = 0
+        self._done = 0      # of the schedule, taken or forgiven
+        self._taken = 0     # of the schedule, up to the latest step taken
         self._seen_ns = 0
 
     def stop(self) -> None:
@@ -45,19 +46,22 @@ class Pacer:
         self.running_ns += now_ns - self._seen_ns
         self._seen_ns = now_ns
         if self.factor == 0.0:
-            self.steps += self.max_steps
             return self.max_steps
-        step_ns = self.dt_ns / self.factor
-        owed = math.floor((now_ns - self._start_ns) / step_ns) - self._done
-        taken = min(owed, self.max_steps)
-        for k in range(self._done + 1, self._done + taken + 1):
-            lag_ns = now_ns - self._start_ns - k * step_ns
+        owed = math.floor((now_ns - self._start_ns) / (self.dt_ns / self.factor)) - self._done
+        granted = min(owed, self.max_steps)
+        self.lost_ns += (owed - granted) * self.dt_ns
+        self._taken = self._done
+        self._done += owed
+        return granted
+
+    def stepped(self) -> None:
+        """Count one of the steps that were due as taken, and how late it came."""
+        self.steps += 1
+        if self.factor > 0.0 and self._start_ns is not None:
+            self._taken += 1
+            lag_ns = self._seen_ns - self._start_ns - self._taken * self.dt_ns / self.factor
             self.lag_max_ns = max(self.lag_max_ns, round(lag_ns))
             self.late += lag_ns > self._late_ns
-        self.lost_ns += (owed - taken) * self.dt_ns
-        self._done += owed
-        self.steps += taken
-        return taken
 
     @property
     def achieved(self) -> float:

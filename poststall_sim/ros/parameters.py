@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Node parameters as frozen records: declared, described, checked and changed in one place."""
 
+import array
 import dataclasses
 import difflib
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -21,10 +21,18 @@ from rclpy.parameter import Parameter
 
 from poststall_sim.aero import model as models
 from poststall_sim.aircraft import ConfigError
+from poststall_sim.topics import Rate
 
 Settings = TypeVar('Settings')
 
 _AERO = models.Settings()
+
+_TYPES = {bool: 'true or false', int: 'a whole number', float: 'a number',
+          str: 'text', tuple: 'a list of numbers'}
+
+SIM_TIME = 'use_sim_time'
+FROM_ROS = (SIM_TIME, 'start_type_description_service')
+"""Parameters that every node has without declaring them."""
 
 
 def entry(name: str, default: Any, description: str, *, low: float | None = None,
@@ -38,6 +46,12 @@ def entry(name: str, default: Any, description: str, *, low: float | None = None
     return dataclasses.field(default=default, metadata={
         'name': name, 'description': description, 'low': low, 'high': high,
         'choices': choices, 'writable': writable})
+
+
+def rate_entry(rate: Rate, what: str, *, low: float = 0.0, high: float = 10000.0) -> Any:
+    """Return a dataclass field that is the rate of some topics."""
+    return entry(rate.parameter, rate.default, f'Rate [Hz of {rate.counts}] of {what}',
+                 low=low, high=high)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,20 +77,13 @@ class SimulatorSettings:
     reset_time: bool = entry(
         'reset.time', False, 'Let the reset service also set simulated time to 0: a jump back '
         'that breaks TF and bags', writable=True)
-    rates_clock: float = entry(
-        'rates.clock', 100.0, 'Rate of /clock [Hz of simulated time], at most every step',
-        low=1.0, high=10000.0)
-    rates_state: float = entry(
-        'rates.state', 50.0, 'Rate of pose, odom, wrench, air_data, joint_states and the like '
-        '[Hz of simulated time]; 0 = off', low=0.0, high=10000.0)
-    rates_strips: float = entry(
-        'rates.strips', 20.0, 'Rate of strip_* [Hz of simulated time]; 0 = off',
-        low=0.0, high=10000.0)
-    rates_wind: float = entry(
-        'rates.wind', 5.0, 'Rate of wind/applied [Hz of simulated time]; 0 = off',
-        low=0.0, high=10000.0)
-    rates_diagnostics: float = entry(
-        'rates.diagnostics', 1.0, 'Rate of /diagnostics [Hz of wall time]', low=0.1, high=100.0)
+    rates_clock: float = rate_entry(Rate.CLOCK, '/clock, at most every step', low=1.0)
+    rates_state: float = rate_entry(
+        Rate.STATE, 'pose, odom, wrench, air_data, joint_states and the like; 0 = off')
+    rates_strips: float = rate_entry(Rate.STRIPS, 'strip_*; 0 = off')
+    rates_wind: float = rate_entry(Rate.WIND, 'wind/applied; 0 = off')
+    rates_diagnostics: float = rate_entry(
+        Rate.DIAGNOSTICS, '/diagnostics', low=0.1, high=100.0)
     frames_map: str = entry('frames.map', 'map', 'Name of the fixed frame (ENU)')
     frames_base: str = entry('frames.base', 'base_link', 'Name of the body frame (FLU)')
     frames_prefix: str = entry('frames.prefix', '', 'Put before the name of the body frame')
@@ -84,8 +91,8 @@ class SimulatorSettings:
         'initial.airspeed', 12.0, 'Airspeed at which the flight starts, trimmed [m/s]',
         low=0.1, high=400.0)
     initial_altitude: float = entry(
-        'initial.altitude', 150.0, 'Altitude at which the flight starts [m]',
-        low=0.0, high=20000.0)
+        'initial.altitude', 150.0, 'Altitude above the ground at which the flight starts [m]',
+        low=0.1, high=20000.0)
     wind_velocity: tuple[float, ...] = entry(
         'wind.velocity', (0.0, 0.0, 0.0), 'Velocity of the air, where it blows TO: east, north, '
         'up [m/s]', low=-100.0, high=100.0, writable=True)
@@ -143,25 +150,32 @@ def declare(node: Node, kind: type[Settings]) -> Settings:
     """
     Declare all parameters of a record on a node and return the record with their values.
 
+    Whole numbers are taken where real ones are wanted. A value that was given under a name
+    which no parameter has is warned of.
+
     Raises
     ------
     ConfigError
         When a value that the node was given has the wrong type or is out of range.
 
     """
+    given = _overrides(node)
     values = {}
     for field in dataclasses.fields(kind):
-        entry = field.metadata
+        name = field.metadata['name']
+        value = _ros_value(field.default)
+        if name in given:
+            value = _number(field, given[name])
+            _check_type(field, value)
+        _check(kind, {field.name: _record_value(field, value)})
         try:
-            given = node.declare_parameter(
-                entry['name'], _ros_value(field.default), _descriptor(field)).value
+            value = node.declare_parameter(
+                name, value, _descriptor(field), ignore_override=True).value
         except (ParameterException, ValueError, TypeError) as error:
-            raise ConfigError(f'parameter {entry["name"]}: {error}') from None
-        values[field.name] = _record_value(field, given)
-    settings = kind(**values)
-    _check(kind, values)
-    _warn_of_strangers(node, kind)
-    return settings
+            raise ConfigError(f'parameter {name}: {error}') from None
+        values[field.name] = _record_value(field, value)
+    _warn_of_strangers(node, kind, given)
+    return kind(**values)
 
 
 def follow(node: Node, settings: Settings, changed: Callable[[Settings], None]) -> None:
@@ -173,6 +187,10 @@ def follow(node: Node, settings: Settings, changed: Callable[[Settings], None]) 
     def updated(parameters: list[Parameter]) -> dict[str, Any]:
         return {by_name[p.name].name: _record_value(by_name[p.name], p.value)
                 for p in parameters if p.name in by_name}
+
+    def convert(parameters: list[Parameter]) -> list[Parameter]:
+        return [Parameter(p.name, value=_number(by_name[p.name], p.value))
+                if p.name in by_name and p.value is not None else p for p in parameters]
 
     def check(parameters: list[Parameter]) -> SetParametersResult:
         try:
@@ -187,8 +205,31 @@ def follow(node: Node, settings: Settings, changed: Callable[[Settings], None]) 
             current[0] = dataclasses.replace(current[0], **values)
             changed(current[0])
 
+    node.add_pre_set_parameters_callback(convert)
     node.add_on_set_parameters_callback(check)
     node.add_post_set_parameters_callback(apply)
+
+
+def refuse_sim_time(node: Node) -> None:
+    """
+    Refuse use_sim_time now and later, for a node that is the source of simulated time.
+
+    Raises
+    ------
+    ConfigError
+        When use_sim_time is true already.
+
+    """
+    why = (f'{SIM_TIME} is true, but this node is the source of simulated time: it cannot wait '
+           f'for a /clock that it publishes itself; leave {SIM_TIME} false for it')
+    if node.get_parameter(SIM_TIME).value:
+        raise ConfigError(why)
+
+    def check(parameters: list[Parameter]) -> SetParametersResult:
+        asked = any(p.name == SIM_TIME and p.value is True for p in parameters)
+        return SetParametersResult(successful=not asked, reason=why if asked else '')
+
+    node.add_on_set_parameters_callback(check)
 
 
 def declare_names(node: Node, name: str, values: tuple[str, ...], description: str) -> None:
@@ -198,6 +239,32 @@ def declare_names(node: Node, name: str, values: tuple[str, ...], description: s
         ParameterDescriptor(
             description=description, read_only=True,
             type=Parameter.Type.STRING_ARRAY.value), ignore_override=True)
+
+
+def _overrides(node: Node) -> dict[str, Any]:
+    """Return the values that the node was given, by -p or a file, under whatever name."""
+    return {name: parameter.value for name, parameter
+            in getattr(node, '_parameter_overrides', {}).items()}
+
+
+def _number(field: dataclasses.Field, value: Any) -> Any:
+    """Return whole numbers as real ones where those are wanted, anything else as it is."""
+    if isinstance(field.default, float) and type(value) is int:
+        return float(value)
+    if isinstance(field.default, tuple) and isinstance(value, Sequence) and all(
+            type(item) in (int, float) for item in value):
+        return [float(item) for item in value]
+    return value
+
+
+def _check_type(field: dataclasses.Field, value: Any) -> None:
+    """Raise `ConfigError` for a value of another type than the parameter's."""
+    wanted = _TYPES[type(field.default)]
+    numbers = not isinstance(field.default, tuple) or (
+        isinstance(value, list) and all(type(item) is float for item in value))
+    if type(_ros_value(field.default)) is not type(value) or not numbers:
+        shown = list(value) if isinstance(value, array.array) else value
+        raise ConfigError(f'parameter {field.metadata["name"]}: must be {wanted}, got {shown!r}')
 
 
 def _ros_value(value: Any) -> Any:
@@ -227,7 +294,7 @@ def _descriptor(field: dataclasses.Field) -> ParameterDescriptor:
 
 
 def _check(kind: type, values: dict[str, Any]) -> None:
-    """Raise `ConfigError` for what a descriptor cannot say: choices, lengths, NaN."""
+    """Raise `ConfigError` for a value that is not one of the choices or out of range."""
     for field in dataclasses.fields(kind):
         entry = field.metadata
         if field.name not in values:
@@ -236,21 +303,29 @@ def _check(kind: type, values: dict[str, Any]) -> None:
         if entry['choices'] and value not in entry['choices']:
             raise ConfigError(f'parameter {entry["name"]}: must be one of '
                               f'{", ".join(entry["choices"])}, got {value!r}')
+        if isinstance(value, str) and field.default and not value.strip():
+            raise ConfigError(f'parameter {entry["name"]}: must not be empty')
         if isinstance(field.default, tuple):
             if len(value) != len(field.default) or not all(
                     entry['low'] <= x <= entry['high'] for x in value):
                 raise ConfigError(
                     f'parameter {entry["name"]}: must be {len(field.default)} numbers from '
                     f'{entry["low"]:g} to {entry["high"]:g}, got {list(value)}')
-        elif isinstance(value, float) and not math.isfinite(value):
-            raise ConfigError(f'parameter {entry["name"]}: must be a finite number, got {value}')
+        elif entry['low'] is not None and not entry['low'] <= value <= entry['high']:
+            raise ConfigError(f'parameter {entry["name"]}: must be from {entry["low"]:g} to '
+                              f'{entry["high"]:g}, got {value}')
 
 
-def _warn_of_strangers(node: Node, kind: type) -> None:
-    """Warn of a given value whose name is nearly that of a parameter: nobody reads it."""
+def _warn_of_strangers(node: Node, kind: type, given: dict[str, Any]) -> None:
+    """Warn of every value that was given under a name that nobody reads."""
     known = [field.metadata['name'] for field in dataclasses.fields(kind)]
-    for name in getattr(node, '_parameter_overrides', {}):
-        near = difflib.get_close_matches(name, known, n=1, cutoff=0.8)
-        if near and name not in known:
-            node.get_logger().warning(
-                f'there is no parameter {name}, its value is not used; did you mean {near[0]}?')
+    by_last: dict[str, list[str]] = {}
+    for name in known:
+        by_last.setdefault(name.rpartition('.')[2], []).append(name)
+    for name in sorted(given.keys() - {*known, *FROM_ROS}):
+        last = name.rpartition('.')[2]
+        near = (by_last.get(last) or difflib.get_close_matches(name, known, n=1)
+                or by_last.get(*difflib.get_close_matches(last, by_last, n=1) or ('',)))
+        node.get_logger().warning(
+            f'there is no parameter {name}, its value is not used'
+            + (f'; did you mean {" or ".join(near)}?' if near else ''))

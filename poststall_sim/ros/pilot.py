@@ -26,7 +26,8 @@ class PilotNode(Node):
 
     Before that the node waits for /clock, for joint_states (the trim that relative channels are
     added to), for air_data/airspeed and, unless told otherwise, for a simulator that listens;
-    then it lets a paused simulator fly. Should time jump back, the scenario begins anew.
+    then it lets a paused simulator fly. Should time jump back, the scenario begins anew. A
+    scenario that moves what the aircraft does not have ends the node; nothing is sent then.
     """
 
     def __init__(self, **node_options: Any) -> None:
@@ -41,16 +42,17 @@ class PilotNode(Node):
         self._sent_ns = 0
         self._done = False
 
-        clock, command = topics.PUBLISHED[0], topics.COMMANDS[1]
         self._message = JointState()
         self._commands = self.create_publisher(
-            JointState, command.name, messages.qos_profile(topics.Qos(depth=command.qos.depth)))
-        self.create_subscription(
-            ClockMessage, clock.name, self._on_clock, messages.qos_profile(clock.qos))
+            JointState, topics.PILOT.name,
+            messages.qos_profile(topics.Qos(depth=topics.PILOT.qos.depth)))
         self._airspeed: float | None = None
-        self._looking_at = [
-            self.create_subscription(JointState, 'joint_states', self._on_joint_states, 10),
-            self.create_subscription(Float64, 'air_data/airspeed', self._on_airspeed, 10)]
+        _, *self._looking_at = [
+            self.create_subscription(kind, topic.name, heard, messages.qos_profile(topic.qos))
+            for kind, topic, heard in (
+                (ClockMessage, topics.CLOCK, self._on_clock),
+                (JointState, topics.JOINT_STATES, self._on_joint_states),
+                (Float64, topics.AIRSPEED, self._on_airspeed))]
         self._pause = self.create_client(SetBool, 'pause')
         self._unpausing = None
         self._look_timer = self.create_timer(
@@ -92,6 +94,8 @@ class PilotNode(Node):
             if None in (self._now_ns, self._trim, self._airspeed) or not listening:
                 return
             self._begin()
+            if self._start_ns is None:
+                return   # refused: this node ends, and lets nothing fly
         if self._settings.unpause and self._unpausing is None:
             if not self._pause.service_is_ready():
                 return

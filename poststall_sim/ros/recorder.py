@@ -52,7 +52,7 @@ class RecorderNode(Node):
         self._ready = False
         self._expected = {
             self.resolve_topic_name(topic.name) for topic in topics.PUBLISHED
-            if topic.fields is not None and topic.name != 'joint_states'}
+            if topic.fields is not None and topic is not topics.JOINT_STATES}
         try:
             self._recorder = Recorder(output)
         except BagError as error:
@@ -101,10 +101,10 @@ class RecorderNode(Node):
 
     def _on_message(self, name: str, stamped: bool, data: bytes) -> None:
         time_ns = self._now_ns
-        if name == '/clock' or stamped:   # a time is what comes first after the CDR header
+        if name == topics.CLOCK.name or stamped:   # time comes first after the CDR header
             order = '<' if data[1] & 1 else '>'
             seconds, nanoseconds = struct.unpack_from(order + 'iI', data, 4)
-            if name == '/clock' or (seconds, nanoseconds) != (0, 0):
+            if name == topics.CLOCK.name or (seconds, nanoseconds) != (0, 0):
                 time_ns = seconds * 1_000_000_000 + nanoseconds
             if name in self._expected and (
                     time_ns > self._now_ns or time_ns < self._now_ns - JUMP_NS):

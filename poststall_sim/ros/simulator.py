@@ -18,7 +18,6 @@ from std_srvs.srv import SetBool, Trigger
 from poststall_sim import definition, simulation, topics
 from poststall_sim.aero.decambering import Closure
 from poststall_sim.aero.model import Settings
-from poststall_sim.aircraft import ConfigError
 from poststall_sim.frames import swap_ned_enu
 from poststall_sim.ros import messages, parameters, process
 from poststall_sim.ros.commands import CommandDesk, OnTimeout, Source
@@ -60,10 +59,7 @@ class SimulatorNode(Node):
     def __init__(self, **node_options: Any) -> None:
         super().__init__('simulator', **node_options)
         self._settings = parameters.declare(self, SimulatorSettings)
-        if self.get_parameter('use_sim_time').value:
-            raise ConfigError(
-                'use_sim_time is true, but this node is the source of simulated time: it cannot '
-                'wait for a /clock that it publishes itself; set use_sim_time to false for it')
+        parameters.refuse_sim_time(self)
         self._flight = flight_from_settings(self._settings, self.get_logger().info)
         self._layout = topics.layout(
             self._flight, map_frame=self._settings.frames_map,
@@ -80,6 +76,7 @@ class SimulatorNode(Node):
         self._controls = self._flight.trim
         self._paused = self._settings.start_paused
         self._reason: str | None = None
+        self._fly_after_reset = False
         self._warned_names: set[str] = set()
         self._pacer = Pacer(self._flight.dt_ns, factor=self._settings.real_time_factor,
                             max_steps=self._settings.max_steps_per_wake)
@@ -122,7 +119,7 @@ class SimulatorNode(Node):
         for topic in topics.PUBLISHED:
             if topic.rate in off:
                 continue
-            if topic.name == 'joint_states' and not self._layout.command_names:
+            if topic is topics.JOINT_STATES and not self._layout.command_names:
                 continue   # nothing to move: its arrays would be empty
             kind = messages.message_class(topic.type)
             outlets[topic] = (
@@ -130,14 +127,14 @@ class SimulatorNode(Node):
         return outlets
 
     def _open_inlets(self) -> None:
-        autopilot, pilot, array = topics.COMMANDS
-        for topic, source in ((autopilot, Source.AUTOPILOT), (pilot, Source.PILOT)):
+        for topic, source in ((topics.AUTOPILOT, Source.AUTOPILOT), (topics.PILOT, Source.PILOT)):
             self.create_subscription(
                 JointState, topic.name,
                 lambda message, source=source: self._on_joint_command(source, message),
                 messages.qos_profile(topic.qos))
-        self.create_subscription(Float64MultiArray, array.name, self._on_array_command,
-                                 messages.qos_profile(array.qos))
+        self.create_subscription(
+            Float64MultiArray, topics.SURFACES.name, self._on_array_command,
+            messages.qos_profile(topics.SURFACES.qos))
 
     def _wake_period(self) -> float:
         """Return how often to look whether steps are due [s of wall time]."""
@@ -150,12 +147,12 @@ class SimulatorNode(Node):
         if self._paused:
             return
         for _ in range(self._pacer.due(time.monotonic_ns())):
-            self._step()
+            self._step(paced=True)
             if self._paused:
                 break
 
-    def _step(self) -> None:
-        """Fly one step and publish what is due after it."""
+    def _step(self, *, paced: bool) -> None:
+        """Fly one step and publish what is due after it; paced : as wall time asked for it."""
         begin = time.perf_counter_ns()
         settings = self._settings
         told = self._desk.choose(
@@ -173,15 +170,24 @@ class SimulatorNode(Node):
             for topic in self._schedule.due(snapshot.time_ns):
                 self._publish(topic)
             self._health.stepped(snapshot, stepped - begin, time.perf_counter_ns() - begin)
+            if paced:
+                self._pacer.stepped()
         if self._flight.paused_reason and self._flight.paused_reason != self._reason:
             self._stop_for(self._flight.paused_reason)
 
     def _stop_for(self, reason: str) -> None:
-        """Pause because the flight cannot go on; reset makes it fly again."""
+        """
+        Pause because the flight cannot go on, on the ground or diverged.
+
+        The reset service then makes it fly again, unless a user has asked for a pause, before
+        or since.
+        """
         self._reason = reason
+        self._fly_after_reset = not self._paused
         self._health.stopped(reason)
         self._pause(True)
-        self.get_logger().error(f'paused: {reason}; call the reset service to fly again')
+        self.get_logger().error(f'paused: {reason}; call the reset service to ' + (
+            'fly again' if self._fly_after_reset else 'begin again, paused as before'))
         self._report()
 
     def _pause(self, paused: bool) -> None:
@@ -221,12 +227,12 @@ class SimulatorNode(Node):
     def _report(self) -> None:
         """Publish the diagnostics."""
         snapshot, health = self._flight.snapshot, self._health
-        topic = topics.PUBLISHED[-1]
-        publisher, message = self._outlets[topic]
+        publisher, message = self._outlets[topics.DIAGNOSTICS]
+        clock = self.resolve_topic_name(topics.CLOCK.name)
         publisher.publish(messages.fill(message, topics.diagnostics_fields(
             snapshot.time_ns, self._flight.model.aircraft.name, [
                 health.flight(snapshot, paused=self._paused, reason=self._flight.paused_reason,
-                              clock_sources=self.count_publishers('/clock')),
+                              clock=clock, clock_sources=self.count_publishers(clock)),
                 health.pace(self._pacer),
                 health.solver(snapshot),
                 health.commands(self._desk, snapshot.time_ns, self._settings.command_source)])))
@@ -281,19 +287,26 @@ class SimulatorNode(Node):
         if not request.data and self._flight.paused_reason:
             response.success = False
             response.message = f'{self._flight.paused_reason}; call reset first'
-        elif request.data != self._paused:
-            self._pause(request.data)
+        else:
+            self._fly_after_reset = False   # from here on it is as the user asks
+            if request.data != self._paused:
+                self._pause(request.data)
         if response.success:
             response.message = 'paused' if self._paused else 'flying'
         return response
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response):
+        """Begin the flight again; a pause stays, but for one of `_stop_for`."""
         snapshot = self._flight.reset(0 if self._settings.reset_time else None)
         self._reason = None
         self._desk.reset(snapshot.time_ns)
+        if self._fly_after_reset:
+            self._paused = self._fly_after_reset = False
         self._pacer.stop()
         self._publish_all()
-        response.success, response.message = True, f'at simulated time {snapshot.time:.9g} s'
+        response.success = True
+        response.message = (f'{"paused" if self._paused else "flying"} at simulated time '
+                            f'{snapshot.time:.9g} s')
         return response
 
     def _on_step(self, request: Trigger.Request, response: Trigger.Response):
@@ -303,7 +316,7 @@ class SimulatorNode(Node):
         for _ in range(self._settings.step_count):
             if self._flight.paused_reason or not self.context.ok():
                 break
-            self._step()
+            self._step(paced=False)
         self._publish_all()
         response.success = not self._flight.paused_reason
         response.message = (self._flight.paused_reason
