@@ -8,7 +8,7 @@
 PYTHON ?= python3 python3.11 python3.12
 SUPPORTED := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 12))
 
-# A bag to draw, for `make figures`; by default the demo's.
+# A bag to draw, for `make draw`; by default the demo's.
 BAG ?= $(patsubst %/metadata.yaml,%,$(lastword $(sort $(wildcard demo_output/*/metadata.yaml))))
 
 # A sourced ROS puts its own rclpy and its libraries, built for one Python and one NumPy, in
@@ -24,7 +24,7 @@ SHELL := /bin/sh
 .SHELLFLAGS := -eu -c
 .ONESHELL:
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint bench soak matrix figures clean
+.PHONY: help demo test lint bench soak matrix figures draw clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-8s %s\n", $$1, $$2 }' Makefile
@@ -45,7 +45,10 @@ bench: .venv/kernels  ## how fast, one question per benchmark
 soak: .venv/kernels  ## the tests that take minutes
 	.venv/bin/pytest -m soak $(ARGS)
 
-figures: .venv/installed  ## draw a bag again; BAG=folder, by default the demo's
+figures: .venv/kernels  ## draw the figures of docs/figures.md; ARGS='3_3 table' picks some
+	.venv/bin/python tools/figures.py $(ARGS)
+
+draw: .venv/installed  ## draw a bag again; BAG=folder, by default the demo's
 	.venv/bin/poststall plot $(or $(BAG),$(error no bag: run `make demo`, or give BAG=folder))
 
 # numba notices a change in a compiled function, not in one that it calls from another file.

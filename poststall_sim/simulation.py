@@ -194,7 +194,7 @@ class Flight:
         self.reset(time_ns=0)
 
     def reset(self, time_ns: int | None = None) -> Snapshot:
-        """Go back to the initial place and airspeed with a fresh wake; time goes on unless given."""
+        """Go back to the first place and airspeed with a fresh wake; time goes on unless given."""
         first = self._first
         body = replace(
             first, velocity_B=first.velocity_B + rotation(first.q_NB).T @ self.wind_N)

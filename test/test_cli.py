@@ -78,6 +78,19 @@ def test_as_a_user_runs_it(tmp_path):
     (['polar', '--deflect', 'elevator=-50'], 'elevator goes from -30 to 20 deg, got -50'),
     (['polar', '--panels', '99'], 'chordwise panels must be 1 to 32, got 99'),
     (['polar', '--airspeed', '0'], 'must be above 0'),
+    (['polar', '--closure', 'nonlocal', '--scheme', 'D'], 'give --closure local'),
+    (['polar', '--damping', '0.5'], '--damping is for schemes A to D'),
+    (['polar', '--scheme', 'A', '--damping', '1.5'], 'damping must be above 0 and at most 1'),
+    (['polar', '--start', 'schemeA1'], '--start schemeA1 is for schemes A to D'),
+    (['polar', '--start', 'given'], 'expected zero, schemeA1, previous or given=FILE'),
+    (['polar', '--start', 'given=no_such_file'], 'no_such_file'),
+    (['polar', '--start', 'zero', '--sweep', 'updown'], 'it goes with --start previous'),
+    (['polar', '--ell', 'wings=2'], "no surface 'wings', there are wing, tail, fin"),
+    (['polar', '--ell', '-1'], 'ell must be 0 to 10 chords'),
+    (['polar', '--ell', '=2'], 'expected N or NAME=N'),
+    (['polar', '--strips', 'wing=7'], 'even on a symmetric surface, got 7'),
+    (['polar', '--strips', 'wing=x'], "expected a whole number, got 'x'"),
+    (['polar', '--starts', '-3'], 'expected a whole number'),
     (['trim'], 'trim needs --airspeed (powered), --alpha (glide) or both'),
     (['trim', '--airspeed', '-5'], 'airspeed must be above 0 m/s, got -5'),
     (['fly', '--scenario', 'loop'], "found no file 'loop' in scenarios"),
@@ -119,17 +132,20 @@ def test_ranges_keep_their_ends_and_their_direction():
 def test_polar_writes_every_point_with_its_strips(tmp_path):
     found = result(tmp_path, 'polar', '--alpha', '2:20:6', '--beta', '3')
     assert found['aircraft'] == 'trainer' and found['settings']['panels'] == 4
+    assert (found['closure'], found['scheme']) == ('nonlocal', 'newton')
     assert 'centre of gravity' in found['axes']
     assert [p['alpha_deg'] for p in found['points']] == pytest.approx([2.0, 8.0, 14.0, 20.0])
     for point in found['points']:
         assert set(point) == {
             'alpha_deg', 'beta_deg', 'CL', 'CD', 'CY', 'Cl', 'Cm', 'Cn', 'iterations', 'status',
-            'max_residual', 'stalled_strips', 'strips'}
+            'max_residual', 'uniqueness', 'flags', 'stalled_strips', 'strips'}
         assert point['status'] == 'converged' and point['max_residual'] <= 1e-5
-        assert len(point['strips']) == 33
-        assert set(point['strips'][0]) == {
+        assert set(point['strips']) == {
             'surface', 'y_m', 'alpha_deg', 'cl', 'delta_deg', 'residual', 'stalled'}
-        assert point['strips'][0]['y_m'] == pytest.approx(1.52)   # the left tip comes first
+        assert {len(column) for column in point['strips'].values()} == {33}
+        assert point['strips']['surface'] == ['wing'] * 20 + ['tail'] * 8 + ['fin'] * 5
+        assert point['strips']['y_m'][0] == pytest.approx(1.52)   # the left tip comes first
+        assert point['uniqueness'] > 0.0 and point['flags'] == []
         # Wind from the right: to the left, left wing down (dihedral), nose into the wind.
         assert point['CY'] < 0.0 and point['Cl'] < 0.0 and point['Cn'] > 0.0
     slope = (found['points'][1]['CL'] - found['points'][0]['CL']) / math.radians(6.0)
@@ -162,8 +178,108 @@ def test_attached_flow_goes_on_rising(tmp_path):
 def test_local_closure_and_its_options_reach_the_solver(tmp_path):
     found = result(tmp_path, 'polar', '--alpha', '5', '--closure', 'local', '--panels', '6',
                    '--ell', '0.5')
-    assert found['settings'] == {'panels': 6, 'closure': 'local', 'ell_chords': 0.5,
-                                 'decambering': True, 'tolerance': models.Settings().tolerance}
+    assert (found['closure'], found['scheme']) == ('local', 'robust')
+    assert found['settings'] == {
+        'panels': 6, 'closure': 'local', 'strips': {'wing': 20, 'tail': 8, 'fin': 5},
+        'ell_chords': 0.5, 'decambering': True, 'angle_form': 'exact', 'damping': 1.0,
+        'symmetric': False, 'tolerance': models.Settings().tolerance,
+        'limit': models.Settings().limit}
+
+
+@pytest.mark.parametrize('scheme', 'ABCD')
+def test_schemes_agree_in_attached_flow_and_say_who_they_are(tmp_path, scheme):
+    robust, found = (result(tmp_path, 'polar', '--aircraft', 'wing_tail', '--alpha', '4', *words)
+                     for words in (['--closure', 'local'],
+                                   ['--scheme', scheme, '--damping', '0.8', '--symmetric']))
+    assert (found['closure'], found['scheme']) == ('local', scheme)
+    assert found['settings']['damping'] == 0.8 and found['settings']['symmetric'] is True
+    assert found['points'][0]['CL'] == pytest.approx(robust['points'][0]['CL'], abs=1e-4)
+
+
+def test_each_option_of_the_solver_changes_a_result(tmp_path):
+    def point(*words):
+        return result(tmp_path, 'polar', '--aircraft', 'wing_tail', '--alpha', '22',
+                      *words)['points'][0]
+
+    plain = point()
+    for words in (['--ell', '2'], ['--ell', 'wing=0.5'], ['--strips', '12'],
+                  ['--strips', 'wing=40'], ['--panels', '2'], ['--angle-form', 'linear'],
+                  ['--p', '0.05'], ['--q', '0.01'], ['--r', '0.05'], ['--beta', '5'],
+                  ['--closure', 'local'], ['--no-decambering']):
+        changed = point(*words)
+        assert any(abs(changed[key] - plain[key]) > 1e-4 for key in jobs.COEFFICIENTS), words
+    assert len(point('--strips', 'wing=40', '--strips', 'tail=8')['strips']['cl']) == 48
+    by_scheme = ['--scheme', 'D', '--tolerance', '1e-3']
+    ways = [point(*by_scheme, *words) for words in (
+        [], ['--damping', '0.5'], ['--start', 'schemeA1'], ['--tolerance', '1e-2'])]
+    assert len({(way['iterations'], way['max_residual']) for way in ways}) == 4
+    assert point(*by_scheme, '--limit', '500')['status'] == 'converged'
+
+
+def test_rates_have_the_signs_of_the_body_axes(tmp_path):
+    still, rolling, pitching = (
+        result(tmp_path, 'polar', '--alpha', '4', *words)['points'][0]
+        for words in ([], ['--p', '0.05'], ['--q', '0.01']))
+    assert rolling['Cl'] < still['Cl'] - 0.01 and pitching['Cm'] < still['Cm'] - 0.01
+
+
+def test_too_few_iterations_are_marked_and_end_with_1(tmp_path, capsys):
+    found = result(tmp_path, 'polar', '--alpha', '22', '--scheme', 'D', '--limit', '1', code=1)
+    assert found['points'][0]['status'] == 'not_converged'
+    said = capsys.readouterr()
+    assert '! ' in said.out and 'not_converged' in said.out and 'did not converge' in said.err
+
+
+def test_up_and_down_is_written_with_its_way(tmp_path):
+    found = result(tmp_path, 'polar', '--alpha', '14:26:4', '--sweep', 'updown',
+                   '--aircraft', 'wing_tail', '--closure', 'local')
+    assert [p['alpha_deg'] for p in found['points']] == [14, 18, 22, 26, 22, 18, 14]
+    assert [p['way'] for p in found['points']] == ['up'] * 4 + ['down'] * 3
+    assert found['sweep'] == 'updown'
+
+
+def test_solutions_are_counted_and_flagged(tmp_path, capsys):
+    words = ['polar', '--alpha', '10:24:14', '--aircraft', 'wing_tail', '--starts', '20']
+    local, again = (result(tmp_path, *words, '--closure', 'local') for _ in range(2))
+    printed = capsys.readouterr().out
+    assert local == again   # the same input, the same answer
+    assert [p['solutions']['starts'] for p in local['points']] == [20, 20]
+    attached, stalled = (p['solutions'] for p in local['points'])
+    assert attached['distinct'] == 1 and stalled['distinct'] > 3
+    assert sum(stalled['times_found']) + stalled['not_converged'] == 20
+    assert len(stalled['CL']) == stalled['distinct']
+    assert 'solutions' in printed and f'{stalled["distinct"]}/20' in printed
+    flagged = [p for p in local['points'] if p['uniqueness'] < 0.0]
+    assert all(p['flags'] == ['MAY_NOT_BE_UNIQUE'] for p in flagged)
+    assert printed.count('converged MAY_NOT_BE_UNIQUE') == 2 * len(flagged)
+    smooth = result(tmp_path, *words)
+    assert [p['solutions']['distinct'] for p in smooth['points']] == [1, 1]
+
+
+def test_a_point_that_may_not_be_unique_is_marked_in_the_table():
+    from poststall_sim.cli import _polar_row
+    point = {'alpha_deg': 20.0, **dict.fromkeys(jobs.COEFFICIENTS, 0.0), 'status': 'converged',
+             'stalled_strips': 3, 'strips': {'cl': [0.0] * 5}, 'iterations': 4,
+             'max_residual': 1e-6, 'uniqueness': -0.25, 'flags': ['MAY_NOT_BE_UNIQUE']}
+    assert _polar_row(point)[-3:] == ['1e-06', '-0.250', 'converged MAY_NOT_BE_UNIQUE']
+    assert _polar_row({**point, 'uniqueness': None, 'flags': []})[-2:] == ['-', 'converged']
+
+
+def test_a_run_starts_from_an_earlier_one(tmp_path, capsys):
+    earlier = tmp_path / 'earlier.json'
+    words = ['polar', '--alpha', '18:22:2', '--closure', 'local']
+    assert cli.main([*words, '--json', str(earlier)]) == 0
+    again = result(tmp_path, *words, '--start', f'given={earlier}')
+    assert [p['iterations'] for p in again['points']] == [0, 0, 0]
+    assert again['start'] == 'given'
+    before = json.loads(earlier.read_text())['points']
+    assert [p['CL'] for p in again['points']] == pytest.approx([p['CL'] for p in before])
+    capsys.readouterr()
+    assert cli.main([*words, '--strips', 'wing=12', '--start', f'given={earlier}']) == 2
+    assert 'is of another lattice' in capsys.readouterr().err
+    earlier.write_text('{"points": 3}')
+    assert cli.main([*words, '--start', f'given={earlier}']) == 2
+    assert 'is not the JSON of a polar' in capsys.readouterr().err
 
 
 def test_powered_trim_carries_the_weight(tmp_path, capsys):

@@ -19,6 +19,7 @@ def draw_polar(result: Mapping[str, Any], path: Path) -> Path:
     points: Rows = result['points']
     alpha = _column(points, 'alpha_deg')
     strips = [point['strips'] for point in points]
+    up = [k for k, point in enumerate(points) if point.get('way') != 'down']
     wing = _largest_surface(strips[0])
     share = np.array([_columns(each, wing)['stalled'].mean() for each in strips])
     with style.canvas(10.0, 6.4, path) as figure:
@@ -29,12 +30,12 @@ def draw_polar(result: Mapping[str, Any], path: Path) -> Path:
             panel.set(xlabel=r'$\alpha$ [deg]', ylabel=label)
         _curve(drag, _column(points, 'CD'), _column(points, 'CL'), share, points)
         drag.set(xlabel='$C_D$ [-]', ylabel='$C_L$ [-]')
-        _spread(figure, spread, alpha, strips, wing)
+        _spread(figure, spread, alpha[up], [strips[k] for k in up], wing)
         lift.set_title(_title('Polar', result))
         handles = {label: handle for panel in axes.flat[:3]
                    for handle, label in zip(*panel.get_legend_handles_labels())}
         if len(handles) > 1:
-            lift.legend(handles.values(), handles.keys(), loc='lower right')
+            lift.legend(handles.values(), handles.keys(), loc='best')
     return path
 
 
@@ -69,7 +70,11 @@ def _columns(strips: Strips, surface: str) -> dict[str, np.ndarray]:
 
 def _curve(axes, x: np.ndarray, y: np.ndarray, share: np.ndarray, points: Rows) -> None:
     """Draw a line with a marker for each point: attached, stalled, not converged."""
-    axes.plot(x, y, color='#9AA1A9', linewidth=1.2, zorder=1)
+    top = sum(point.get('way') != 'down' for point in points)
+    axes.plot(x[:top], y[:top], color='#9AA1A9', linewidth=1.2, zorder=1)
+    if top < len(points):
+        axes.plot(x[top - 1:], y[top - 1:], color='#9AA1A9', linewidth=1.2, zorder=1,
+                  linestyle='--', label='alpha lowered')
     good = np.array([point['status'] == 'converged' for point in points])
     for chosen, colour, marker, label in (
             (good & (share == 0.0), style.ATTACHED, 'o', 'wing attached'),
