@@ -58,8 +58,10 @@ def _polar(arguments: argparse.Namespace) -> int:
     up_and_down = arguments.sweep == 'updown'
     if up_and_down and start != 'previous':
         raise ConfigError('--sweep updown hands the decambering on: it goes with --start previous')
+    if arguments.seed is not None and not arguments.starts:
+        raise ConfigError('--seed is of the random starts: give --starts')
     model = _model(arguments)
-    by_name = dict(arguments.deflect)
+    by_name, seed = arguments.deflect, arguments.seed or 0
     rates = (arguments.p, arguments.q, arguments.r)
     conditions = jobs.conditions(
         np.radians(arguments.alpha), beta=math.radians(arguments.beta), rates=rates,
@@ -67,14 +69,14 @@ def _polar(arguments: argparse.Namespace) -> int:
             name: math.radians(value) for name, value in by_name.items()}))
     points = list(_watched(
         jobs.polar(model, conditions, airspeed=arguments.airspeed, altitude=arguments.altitude,
-                   up_and_down=up_and_down, random_starts=arguments.starts, seed=arguments.seed,
+                   up_and_down=up_and_down, random_starts=arguments.starts, seed=seed,
                    starts=jobs.given_starts(model, conditions, earlier) if earlier else None),
         len(conditions) * (1 + up_and_down) - up_and_down, 'polar'))
     result = {
         **_head(arguments, model), 'axes': jobs.AXES, 'strip_axes': jobs.STRIP_AXES,
         'airspeed_m_s': arguments.airspeed, 'altitude_m': arguments.altitude,
         'rates': dict(zip(('pb_2V', 'qc_2V', 'rb_2V'), rates)), 'deflections_deg': by_name,
-        'start': start, 'sweep': arguments.sweep, 'seed': arguments.seed, 'points': points}
+        'start': start, 'sweep': arguments.sweep, 'seed': seed, 'points': points}
     counted = ('solutions',) if arguments.starts else ()
     _print_table(
         ('alpha', *jobs.COEFFICIENTS, 'stalled', 'iterations', 'residual', 'uniqueness',
@@ -110,14 +112,16 @@ def _trim(arguments: argparse.Namespace) -> int:
     from poststall_sim.aircraft import ConfigError
     if arguments.airspeed is None and arguments.alpha is None:
         raise ConfigError('trim needs --airspeed (powered), --alpha (glide) or both')
-    if arguments.airspeed and min(arguments.airspeed) <= 0.0:
-        raise ConfigError(f'airspeed must be above 0 m/s, got {min(arguments.airspeed):g}')
+    if arguments.climb is not None and not arguments.airspeed:
+        raise ConfigError('--climb is of the powered trims: give --airspeed')
     model = _model(arguments)
+    if arguments.climb is not None and not model.aircraft.engines:
+        raise ConfigError(f'{model.aircraft.name} has no engine: --climb has no effect')
     trims = []
     if arguments.airspeed:
         trims += _watched(
-            jobs.powered_trims(model, arguments.airspeed, altitude=arguments.altitude,
-                               climb_angle=math.radians(arguments.climb)),
+            jobs.straight_trims(model, arguments.airspeed, altitude=arguments.altitude,
+                                climb_angle=math.radians(arguments.climb or 0.0)),
             len(arguments.airspeed), 'trim')
     if arguments.alpha:
         trims += _watched(
@@ -142,20 +146,25 @@ def _trim(arguments: argparse.Namespace) -> int:
 def _fly(arguments: argparse.Namespace) -> int:
     from poststall_sim import definition, jobs, simulation
     from poststall_sim.aircraft import ConfigError
+    from poststall_sim.frames import swap_ned_enu
     scenario = definition.scenario(
         definition.find(definition.Kind.SCENARIO, arguments.scenario))
     duration = arguments.duration or scenario.duration
     airspeed = arguments.airspeed or scenario.airspeed
     altitude = arguments.altitude or scenario.altitude
+    for name, value, limits in (('airspeed_m_s', airspeed, options.AIRSPEED),
+                                ('altitude_m', altitude, options.HEIGHT)):
+        if complaint := options.refused(value, limits):
+            raise ConfigError(f'scenario {scenario.name}: {name} {complaint}')
     model = _model(arguments)   # refuses what is wrong with the definition
-    jobs.require_engine(model)
+    jobs.require_controls(model, scenario)
     try:
         with _patience():
             flight = simulation.start(model.aircraft, model.settings, airspeed=airspeed,
-                                      altitude=altitude, wind_N=arguments.wind)
+                                      altitude=altitude,
+                                      wind_N=swap_ned_enu(arguments.wind))
     except ConfigError as error:
-        raise jobs.NoResultError(str(error)) from None
-    jobs.require_controls(flight, scenario)
+        raise jobs.NoResultError(jobs.explained(str(error))) from None
     with _recorder(arguments.record, flight) as recorder:
         log = jobs.FlightLog(flight)   # from here on it counts the wall time
         for snapshot in _watched(jobs.fly(flight, scenario, duration, recorder),
@@ -179,7 +188,7 @@ def _fly(arguments: argparse.Namespace) -> int:
         *([('bag', bag)] if bag else [])))
     _write_json(arguments.json, {
         **_head(arguments, model), 'scenario': scenario.name, 'airspeed_m_s': airspeed,
-        'altitude_m': altitude, 'wind_ned_m_s': arguments.wind.tolist(),
+        'altitude_m': altitude, 'wind_enu_m_s': arguments.wind.tolist(),
         'bag': str(bag) if bag else None, 'summary': summary, 'series': log.series})
     if flight.paused_reason:
         if flight.paused_reason.startswith('diverged'):
@@ -196,6 +205,8 @@ def _plot(arguments: argparse.Namespace) -> int:
     bag = arguments.bag
     if not bag.exists():
         raise ConfigError(f'there is no bag {bag}')
+    if bag.is_dir() and not (bag / 'metadata.yaml').is_file():
+        raise ConfigError(f'{bag} is not a bag: it has no metadata.yaml')
     output = arguments.output or bag.resolve().with_name(f'{bag.resolve().name}_figures')
     try:
         flight = bags.flight_data(bag, _aircraft(arguments) if arguments.aircraft else None)
@@ -263,6 +274,11 @@ def _settings(arguments: argparse.Namespace, ell: float | tuple[float, ...]):
         raise ConfigError('--damping is for schemes A to D: give --scheme')
     if not by_scheme and start == 'schemeA1':
         raise ConfigError('--start schemeA1 is for schemes A to D: give --scheme')
+    if arguments.no_decambering:
+        idle = [name for name in ('closure', 'ell', 'scheme', 'damping', 'symmetric', 'tolerance',
+                                  'limit', 'starts') if asked.get(name)]
+        if idle or start != 'previous':
+            raise ConfigError(f'--{(idle or ["start"])[0]} has no effect with --no-decambering')
     given = {'chordwise': arguments.panels, 'damping': damping,
              'tolerance': asked.get('tolerance'), 'limit': asked.get('limit'),
              'scheme': Scheme(scheme) if scheme else None}
@@ -353,7 +369,6 @@ def _drawn(path: Path) -> None:
 
 def _write_json(path: Path | None, result: dict[str, Any]) -> None:
     if path is not None:
-        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(result, indent=1, allow_nan=False) + '\n')
 
 

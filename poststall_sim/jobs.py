@@ -56,11 +56,18 @@ def deflections(model: Model, by_name: Mapping[str, float]) -> FloatArray:
         if name not in controls:
             raise ConfigError(f'{model.aircraft.name} has no control {name!r}, it has '
                               f'{", ".join(controls) or "none"}')
-        low, high = controls[name].limits
-        if not low - 1e-12 <= value <= high + 1e-12:
-            raise ConfigError(f'{name} goes from {math.degrees(low):g} to {math.degrees(high):g} '
-                              f'deg, got {math.degrees(value):g}')
+        if complaint := _beyond(name, controls[name].limits, value):
+            raise ConfigError(complaint)
     return np.array([by_name.get(name, 0.0) for name in controls], dtype=float)
+
+
+def _beyond(name: str, limits: tuple[float, float], value: float) -> str | None:
+    """Return what is wrong with a deflection [rad] beyond its limits."""
+    low, high = limits
+    if low - 1e-12 <= value <= high + 1e-12:
+        return None
+    return (f'{name} goes from {math.degrees(low):g} to {math.degrees(high):g} deg, '
+            f'got {math.degrees(value):g}')
 
 
 def conditions(alphas: Sequence[float], *, beta: float, rates: Sequence[float],
@@ -144,24 +151,28 @@ def _how(aero: AeroResult) -> Result:
             'stalled_strips': int(np.count_nonzero(aero.strips.stalled))}
 
 
-def require_engine(model: Model) -> None:
-    """Refuse level flight without thrust."""
-    if not model.aircraft.engines:
-        raise NoResultError(f'{model.aircraft.name} has no engine: there is no level flight, '
-                            'only a glide')
+def explained(message: str) -> str:
+    """Return why there is no trim at an airspeed, with what to think of where it is unclear."""
+    unclear = 'no balance found' in message
+    return message + ('; too slow or too fast for level flight?' if unclear else '')
 
 
-def powered_trims(model: Model, airspeeds: Sequence[float], *, altitude: float,
-                  climb_angle: float) -> Iterator[Result]:
-    """Yield the trim at each airspeed [m/s], each searched from the angle of the one before."""
-    require_engine(model)
+def straight_trims(model: Model, airspeeds: Sequence[float], *, altitude: float,
+                   climb_angle: float) -> Iterator[Result]:
+    """
+    Yield the trim at each airspeed [m/s], each searched from the angle of the one before.
+
+    Without an engine they are glides, and climb_angle [rad] is found instead of given.
+    """
+    kind = 'powered' if model.aircraft.engines else 'glide'
     alpha0 = math.radians(4.0)
     for airspeed in airspeeds:
         found = trims.straight(model, airspeed=airspeed, altitude=altitude,
                               climb_angle=climb_angle, alpha0=alpha0)
         if found.status is Status.CONVERGED:
             alpha0 = found.alpha
-        yield _trim(model, found, 'powered', altitude)
+        row = _trim(model, found, kind, altitude)
+        yield {**row, 'message': explained(row['message'])}
 
 
 def glides(model: Model, alphas: Sequence[float], *, altitude: float) -> Iterator[Result]:
@@ -270,13 +281,25 @@ def model_area(model: Model, strips: slice) -> float:
     return float(np.sum(lattice.strip_chord[strips] * lattice.strip_width[strips]))
 
 
-def require_controls(flight: Flight, scenario: Scenario) -> None:
-    """Refuse a scenario that moves what the aircraft does not have."""
-    names = topics.layout(flight).command_names
+def require_controls(model: Model, scenario: Scenario) -> None:
+    """Refuse a scenario that moves what the aircraft does not have, too far or after the end."""
+    aircraft = model.aircraft
+    limits = {each.name: each.limits for each in aircraft.controls}
+    names = (*limits, *([topics.THROTTLE] if aircraft.engines else []))
     unknown = [each.control for each in scenario.channels if each.control not in names]
     if unknown:
         raise ConfigError(f'scenario {scenario.name} moves {", ".join(unknown)}: '
-                          f'{flight.model.aircraft.name} has {", ".join(names) or "no controls"}')
+                          f'{aircraft.name} has {", ".join(names) or "no controls"}')
+    for channel in scenario.channels:
+        name, last = channel.control, channel.points[-1][0]
+        if last > scenario.duration:
+            raise ConfigError(f'scenario {scenario.name}: {name} has a point at {last:g} s, the '
+                              f'scenario ends at {scenario.duration:g} s')
+        if channel.relative or name not in limits:   # the definition knows those of the throttle
+            continue
+        for _, value in channel.points:
+            if complaint := _beyond(name, limits[name], value):
+                raise ConfigError(f'scenario {scenario.name}: {complaint}')
 
 
 def fly(flight: Flight, scenario: Scenario, duration: float,

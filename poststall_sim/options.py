@@ -8,6 +8,7 @@ Angles stay in degrees here; `cli` turns them into radians.
 
 import argparse
 import math
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -19,6 +20,17 @@ from poststall_sim import __version__
 
 _NEGATIVE = re.compile(r'-[\d.]')
 _MOST_POINTS = 10_000
+_FIGURES = ('.png', '.svg', '.pdf')
+
+AIRSPEED = (0.1, 400.0)
+"""Of a flight, a trim or a polar [m/s]; as the node's initial.airspeed."""
+HEIGHT = (0.1, 20_000.0)
+"""Where a flight can start [m]; as the node's initial.altitude."""
+_ALTITUDE = (-500.0, 20_000.0)
+_WIND = (-100.0, 100.0)
+_CLIMB = (-90.0, 90.0)
+_DURATION = (1e-3, 1e6)
+_RATE = (-10.0, 10.0)
 _EXIT_CODES = 'exit codes: 0 a result; 1 none (no trim, not converged, diverged); 2 bad input'
 
 
@@ -65,7 +77,7 @@ def _parser() -> argparse.ArgumentParser:
                          help='aircraft: a file, or a name in config/aircraft'
                          + (f' (default {aircraft})' if aircraft else
                             ' (default: the one the bag names)'))
-        sub.add_argument('--json', type=Path, metavar='FILE', help='write the result as JSON')
+        sub.add_argument('--json', type=_output, metavar='FILE', help='write the result as JSON')
         return sub
 
     polar = command('polar', 'steady coefficients over the angle of attack',
@@ -77,32 +89,35 @@ def _parser() -> argparse.ArgumentParser:
                        help='sideslip, positive with the wind from the right (default 0)')
     for name, what in (('p', 'roll rate p b/2V'), ('q', 'pitch rate q c/2V'),
                        ('r', 'yaw rate r b/2V')):
-        polar.add_argument(f'--{name}', type=_number, default=0.0, metavar='X',
+        polar.add_argument(f'--{name}', type=_within(_RATE), default=0.0, metavar='X',
                            help=f'{what} about the body axis through the CG (default 0)')
-    polar.add_argument('--deflect', type=_deflection, action='append', default=[],
-                       metavar='NAME=DEG', help='a control, may be given again')
-    polar.add_argument('--airspeed', type=_positive, default=15.0, metavar='M/S',
+    polar.add_argument('--deflect', type=_deflection, action=_Deflections, default={},
+                       metavar='NAME=DEG', help='a control; again for another one')
+    polar.add_argument('--airspeed', type=_within(AIRSPEED), default=15.0, metavar='M/S',
                        help='(default 15)')
-    polar.add_argument('--altitude', type=_number, default=0.0, metavar='M', help='(default 0)')
+    polar.add_argument('--altitude', type=_within(_ALTITUDE), default=0.0, metavar='M',
+                       help='(default 0)')
     polar.add_argument('--sweep', choices=('up', 'updown'), default='up',
                        help='updown: through the angles and back, which shows hysteresis')
     polar.add_argument('--starts', type=_count, default=0, metavar='N',
                        help='at each point count the distinct solutions that N random starts '
                        'lead to')
-    polar.add_argument('--seed', type=_count, default=0, metavar='N',
+    polar.add_argument('--seed', type=_count, metavar='N',
                        help='of the random starts (default 0)')
-    polar.add_argument('--plot', type=Path, metavar='FILE', help='draw it, PNG')
+    polar.add_argument('--plot', type=_figure, metavar='FILE', help='draw it: PNG, SVG or PDF')
 
     trim = command('trim', 'straight flight in balance, powered or gliding',
                    '--airspeed 9:25:2 --plot trim.png', 'trainer')
-    trim.add_argument('--airspeed', type=_span, metavar='V or A:B:STEP',
-                      help='powered, with elevator and throttle [m/s]')
+    trim.add_argument('--airspeed', type=_airspeeds, metavar='V or A:B:STEP',
+                      help='powered, with elevator and throttle; gliding if there is no '
+                      'engine [m/s]')
     trim.add_argument('--alpha', type=_span, metavar='A:B:STEP',
                       help='gliding without thrust, at angles of attack [deg]')
-    trim.add_argument('--altitude', type=_number, default=0.0, metavar='M', help='(default 0)')
-    trim.add_argument('--climb', type=_number, default=0.0, metavar='DEG',
+    trim.add_argument('--altitude', type=_within(_ALTITUDE), default=0.0, metavar='M',
+                      help='(default 0)')
+    trim.add_argument('--climb', type=_within(_CLIMB), metavar='DEG',
                       help='climb angle of the powered trims (default 0)')
-    trim.add_argument('--plot', type=Path, metavar='FILE', help='draw it, PNG')
+    trim.add_argument('--plot', type=_figure, metavar='FILE', help='draw it: PNG, SVG or PDF')
 
     fly = command('fly', 'fly a scenario as fast as it goes, and record it',
                   '--scenario stall_and_recovery --record flight', 'trainer')
@@ -110,12 +125,14 @@ def _parser() -> argparse.ArgumentParser:
                      help='a file, or a name in config/scenarios (default stall_and_recovery)')
     fly.add_argument('--record', type=Path, metavar='DIR',
                      help='write a rosbag2 folder, the same topics as the node')
-    fly.add_argument('--duration', type=_positive, metavar='S', help="instead of the scenario's")
-    fly.add_argument('--airspeed', type=_positive, metavar='M/S',
+    fly.add_argument('--duration', type=_within(_DURATION), metavar='S',
+                     help="instead of the scenario's")
+    fly.add_argument('--airspeed', type=_within(AIRSPEED), metavar='M/S',
                      help="at which it starts, trimmed; instead of the scenario's")
-    fly.add_argument('--altitude', type=_positive, metavar='M', help='likewise')
-    fly.add_argument('--wind', type=_wind, default=np.zeros(3), metavar='N,E,D',
-                     help='velocity of the air, where it blows to: north, east, down [m/s]')
+    fly.add_argument('--altitude', type=_within(HEIGHT), metavar='M', help='likewise')
+    fly.add_argument('--wind', type=_wind, default=np.zeros(3), metavar='E,N,U',
+                     help='velocity of the air, where it blows to: east, north, up [m/s], as '
+                     "the node's wind.velocity")
 
     for sub in (polar, trim, fly):
         group = sub.add_argument_group('solver')
@@ -139,7 +156,7 @@ def _parser() -> argparse.ArgumentParser:
     plot = command('plot', 'draw the figures of a flight from its bag',
                    'flight --output figures', None)
     plot.add_argument('bag', type=Path, metavar='BAG', help="a rosbag2 folder, anyone's")
-    plot.add_argument('--output', type=Path, metavar='DIR',
+    plot.add_argument('--output', type=_folder, metavar='DIR',
                       help='where the figures go (default: BAG_figures beside the bag)')
     return parser
 
@@ -184,6 +201,22 @@ def _positive(text: str) -> float:
     return value
 
 
+def refused(value: float, limits: tuple[float, float]) -> str | None:
+    """Return what is wrong with a value that is not within limits."""
+    low, high = limits
+    return None if low <= value <= high else f'must be {low:g} to {high:g}, got {value:g}'
+
+
+def _within(limits: tuple[float, float]) -> Callable[[str], float]:
+    """Return a reader of a number within limits."""
+    def read(text: str) -> float:
+        value = _number(text)
+        if complaint := refused(value, limits):
+            raise argparse.ArgumentTypeError(complaint)
+        return value
+    return read
+
+
 def _count(text: str) -> int:
     if not re.fullmatch(r'\d+', text):
         raise argparse.ArgumentTypeError(f'expected a whole number, got {text!r}')
@@ -205,6 +238,25 @@ def _span(text: str) -> list[float]:
     if count > _MOST_POINTS:
         raise argparse.ArgumentTypeError(f'{text!r} are {count} points, at most {_MOST_POINTS}')
     return [round(begin + i * step, 12) for i in range(count)]
+
+
+def _airspeeds(text: str) -> list[float]:
+    values = _span(text)
+    for value in values:
+        if complaint := refused(value, AIRSPEED):
+            raise argparse.ArgumentTypeError(complaint)
+    return values
+
+
+class _Deflections(argparse.Action):
+    """Gather deflections [deg] by name; a name stands once."""
+
+    def __call__(self, parser, namespace, values, option_string=None) -> None:
+        name, value = values
+        gathered = getattr(namespace, self.dest)
+        if name in gathered:
+            raise argparse.ArgumentError(self, f'{name} is given twice')
+        setattr(namespace, self.dest, {**gathered, name: value})
 
 
 def _deflection(text: str) -> tuple[str, float]:
@@ -234,11 +286,45 @@ def _start(text: str) -> tuple[str, Path | None]:
     if name != 'given' or not path:
         raise argparse.ArgumentTypeError(
             f'expected zero, schemeA1, previous or given=FILE, got {text!r}')
+    if not Path(path).is_file():
+        raise argparse.ArgumentTypeError(f'there is no file {path}')
     return name, Path(path)
+
+
+def _output(text: str) -> Path:
+    """Return a file that can be written; it is looked at before anything is computed."""
+    path = Path(text)
+    if path.is_dir():
+        raise argparse.ArgumentTypeError(f'expected a file, {text!r} is a folder')
+    if not path.parent.is_dir():
+        raise argparse.ArgumentTypeError(f'there is no folder {path.parent}')
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise argparse.ArgumentTypeError(f'{path} cannot be written')
+    return path
+
+
+def _figure(text: str) -> Path:
+    path = _output(text)
+    if path.suffix.lower() not in _FIGURES:
+        raise argparse.ArgumentTypeError(
+            f'expected a name that ends in {", ".join(_FIGURES)}, got {text!r}')
+    return path
+
+
+def _folder(text: str) -> Path:
+    """Return a folder that is there or can be made."""
+    path = Path(text)
+    above = [each for each in (path, *path.parents) if each.exists()]
+    if above and not above[0].is_dir():
+        raise argparse.ArgumentTypeError(f'expected a folder, {above[0]} is a file')
+    return path
 
 
 def _wind(text: str) -> np.ndarray:
     parts = [_number(part) for part in text.split(',')]
     if len(parts) != 3:
-        raise argparse.ArgumentTypeError(f'expected N,E,D, got {text!r}')
+        raise argparse.ArgumentTypeError(f'expected E,N,U, got {text!r}')
+    for part in parts:
+        if complaint := refused(part, _WIND):
+            raise argparse.ArgumentTypeError(f'each {complaint}')
     return np.array(parts)

@@ -163,28 +163,33 @@ def wing_alone(foil, strips=20, *, aspect_ratio=12.0):
     return _machine('wing', (wing,), foil, Reference(2.0 * half, 1.0, 2.0 * half))
 
 
-def swept_with_fin(foil, strips=20):
+def swept(foil, strips=20, *, fin_strips=6):
     """
     Return a swept, tapered wing with dihedral, and a fin whose quarter chord is swept 45 deg.
 
     The wing: span 10 m, chords 1.2 and 0.6 m, leading edge swept 25 deg, dihedral 6 deg, strips
-    crowded at its tips. Ailerons and a rudder.
+    crowded at its tips. Ailerons and a rudder. The fin has the wing's section, cambered or not;
+    with fin_strips 0 there is none.
     """
     half, back = 5.0, 5.0 * math.tan(math.radians(25.0))
     wing = Surface('wing', (
         Section((0.0, 0.0, 0.0), 1.2, foil.name),
         Section((back, half, half * math.tan(math.radians(6.0))), 0.6, foil.name)),
         strips, symmetric=True, spacing_cosine=True)
-    # 0.75 of the root's chord and 0.25 of the tip's to where 45 deg have taken the quarter chord.
+    ailerons = Control('aileron', (-0.35, 0.35), (
+        Effector('wing', (0.6, 1.0), side=1, gain=-1.0),
+        Effector('wing', (0.6, 1.0), side=-1, gain=1.0)))
+    reference = Reference(9.0, 0.9, 10.0)
+    if not fin_strips:
+        return _machine('swept', (wing,), foil, reference, (ailerons,))
+    height, root, tip = 1.3, 0.9, 0.5
     fin = Surface('fin', (
-        Section((4.0, 0.0, 0.1), 0.9, foil.name),
-        Section((4.0 + 0.25 * 0.9 + 1.3 - 0.25 * 0.5, 0.0, 1.4), 0.5, foil.name)),
-        max(6, strips // 4))
-    controls = (
-        Control('aileron', (-0.35, 0.35), (Effector('wing', (0.6, 1.0), side=1, gain=-1.0),
-                                           Effector('wing', (0.6, 1.0), side=-1, gain=1.0))),
-        Control('rudder', (-0.35, 0.35), (Effector('fin', hinge=0.65),)))
-    return _machine('swept', (wing, fin), foil, Reference(9.0, 0.9, 10.0), controls)
+        Section((4.0, 0.0, 0.1), root, foil.name),
+        # At 45 deg the quarter chord goes back as far as it goes up.
+        Section((4.0 + 0.25 * (root - tip) + height, 0.0, 0.1 + height), tip, foil.name)),
+        fin_strips)
+    rudder = Control('rudder', (-0.35, 0.35), (Effector('fin', hinge=0.65),))
+    return _machine('swept', (wing, fin), foil, reference, (ailerons, rudder))
 
 
 def _machine(name, surfaces, foil, reference, controls=()):

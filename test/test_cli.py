@@ -77,7 +77,10 @@ def test_as_a_user_runs_it(tmp_path):
     (['polar', '--deflect', 'flap=5'], "no control 'flap', it has aileron, elevator, rudder"),
     (['polar', '--deflect', 'elevator=-50'], 'elevator goes from -30 to 20 deg, got -50'),
     (['polar', '--panels', '99'], 'chordwise panels must be 1 to 32, got 99'),
-    (['polar', '--airspeed', '0'], 'must be above 0'),
+    (['polar', '--airspeed', '0'], 'must be 0.1 to 400, got 0'),
+    (['polar', '--airspeed', '1e300'], 'must be 0.1 to 400, got 1e+300'),
+    (['polar', '--p', '1e300'], 'must be -10 to 10, got 1e+300'),
+    (['polar', '--altitude', '20001'], 'must be -500 to 20000, got 20001'),
     (['polar', '--closure', 'nonlocal', '--scheme', 'D'], 'give --closure local'),
     (['polar', '--damping', '0.5'], '--damping is for schemes A to D'),
     (['polar', '--scheme', 'A', '--damping', '1.5'], 'damping must be above 0 and at most 1'),
@@ -92,10 +95,32 @@ def test_as_a_user_runs_it(tmp_path):
     (['polar', '--strips', 'wing=x'], "expected a whole number, got 'x'"),
     (['polar', '--starts', '-3'], 'expected a whole number'),
     (['trim'], 'trim needs --airspeed (powered), --alpha (glide) or both'),
-    (['trim', '--airspeed', '-5'], 'airspeed must be above 0 m/s, got -5'),
+    (['trim', '--airspeed', '-5'], 'must be 0.1 to 400, got -5'),
     (['fly', '--scenario', 'loop'], "found no file 'loop' in scenarios"),
-    (['fly', '--wind', '1,2'], "expected N,E,D, got '1,2'"),
+    (['fly', '--wind', '1,2'], "expected E,N,U, got '1,2'"),
     (['plot', 'no_such_bag'], 'there is no bag no_such_bag'),
+    (['plot', 'config'], 'config is not a bag: it has no metadata.yaml'),
+    (['plot', 'bag', '--output', 'README.md'], 'expected a folder, README.md is a file'),
+    (['plot', 'bag', '--output', 'README.md/figures'], 'README.md is a file'),
+    (['fly', '--wind', '0,0,1e3'], 'each must be -100 to 100, got 1000'),
+    (['fly', '--altitude', '1e9'], 'must be 0.1 to 20000, got 1e+09'),
+    (['fly', '--altitude', '0'], 'must be 0.1 to 20000, got 0'),
+    (['fly', '--duration', '1e308'], 'must be 0.001 to 1e+06'),
+    (['trim', '--airspeed', '15', '--climb', '91'], 'must be -90 to 90, got 91'),
+    (['trim', '--alpha', '5', '--climb', '0'], '--climb is of the powered trims'),
+    (['trim', '--aircraft', 'wing_tail', '--airspeed', '30', '--climb', '2'],
+     'wing_tail has no engine: --climb has no effect'),
+    (['polar', '--no-decambering', '--closure', 'local'], '--closure has no effect with --no'),
+    (['polar', '--no-decambering', '--scheme', 'D'], '--scheme has no effect with --no'),
+    (['polar', '--no-decambering', '--start', 'zero'], '--start has no effect with --no'),
+    (['polar', '--seed', '0'], '--seed is of the random starts: give --starts'),
+    (['polar', '--deflect', 'elevator=1', '--deflect', 'elevator=2'], 'elevator is given twice'),
+    (['polar', '--start', 'given=/nope'], 'there is no file /nope'),
+    (['polar', '--plot', 'x.foo'], "expected a name that ends in .png, .svg, .pdf, got 'x.foo'"),
+    (['polar', '--plot', 'config'], "expected a file, 'config' is a folder"),
+    (['trim', '--plot', 'no_such_folder/x.png'], 'there is no folder no_such_folder'),
+    (['fly', '--json', 'config'], "expected a file, 'config' is a folder"),
+    (['fly', '--json', 'no_such_folder/x.json'], 'there is no folder no_such_folder'),
 ])
 def test_bad_input_is_one_line_and_code_2(words, message, capsys):
     try:
@@ -230,58 +255,6 @@ def test_too_few_iterations_are_marked_and_end_with_1(tmp_path, capsys):
     assert '! ' in said.out and 'not_converged' in said.out and 'did not converge' in said.err
 
 
-def test_up_and_down_is_written_with_its_way(tmp_path):
-    found = result(tmp_path, 'polar', '--alpha', '14:26:4', '--sweep', 'updown',
-                   '--aircraft', 'wing_tail', '--closure', 'local')
-    assert [p['alpha_deg'] for p in found['points']] == [14, 18, 22, 26, 22, 18, 14]
-    assert [p['way'] for p in found['points']] == ['up'] * 4 + ['down'] * 3
-    assert found['sweep'] == 'updown'
-
-
-def test_solutions_are_counted_and_flagged(tmp_path, capsys):
-    words = ['polar', '--alpha', '10:24:14', '--aircraft', 'wing_tail', '--starts', '20']
-    local, again = (result(tmp_path, *words, '--closure', 'local') for _ in range(2))
-    printed = capsys.readouterr().out
-    assert local == again   # the same input, the same answer
-    assert [p['solutions']['starts'] for p in local['points']] == [20, 20]
-    attached, stalled = (p['solutions'] for p in local['points'])
-    assert attached['distinct'] == 1 and stalled['distinct'] > 3
-    assert sum(stalled['times_found']) + stalled['not_converged'] == 20
-    assert len(stalled['CL']) == stalled['distinct']
-    assert 'solutions' in printed and f'{stalled["distinct"]}/20' in printed
-    flagged = [p for p in local['points'] if p['uniqueness'] < 0.0]
-    assert all(p['flags'] == ['MAY_NOT_BE_UNIQUE'] for p in flagged)
-    assert printed.count('converged MAY_NOT_BE_UNIQUE') == 2 * len(flagged)
-    smooth = result(tmp_path, *words)
-    assert [p['solutions']['distinct'] for p in smooth['points']] == [1, 1]
-
-
-def test_a_point_that_may_not_be_unique_is_marked_in_the_table():
-    from poststall_sim.cli import _polar_row
-    point = {'alpha_deg': 20.0, **dict.fromkeys(jobs.COEFFICIENTS, 0.0), 'status': 'converged',
-             'stalled_strips': 3, 'strips': {'cl': [0.0] * 5}, 'iterations': 4,
-             'max_residual': 1e-6, 'uniqueness': -0.25, 'flags': ['MAY_NOT_BE_UNIQUE']}
-    assert _polar_row(point)[-3:] == ['1e-06', '-0.250', 'converged MAY_NOT_BE_UNIQUE']
-    assert _polar_row({**point, 'uniqueness': None, 'flags': []})[-2:] == ['-', 'converged']
-
-
-def test_a_run_starts_from_an_earlier_one(tmp_path, capsys):
-    earlier = tmp_path / 'earlier.json'
-    words = ['polar', '--alpha', '18:22:2', '--closure', 'local']
-    assert cli.main([*words, '--json', str(earlier)]) == 0
-    again = result(tmp_path, *words, '--start', f'given={earlier}')
-    assert [p['iterations'] for p in again['points']] == [0, 0, 0]
-    assert again['start'] == 'given'
-    before = json.loads(earlier.read_text())['points']
-    assert [p['CL'] for p in again['points']] == pytest.approx([p['CL'] for p in before])
-    capsys.readouterr()
-    assert cli.main([*words, '--strips', 'wing=12', '--start', f'given={earlier}']) == 2
-    assert 'is of another lattice' in capsys.readouterr().err
-    earlier.write_text('{"points": 3}')
-    assert cli.main([*words, '--start', f'given={earlier}']) == 2
-    assert 'is not the JSON of a polar' in capsys.readouterr().err
-
-
 def test_powered_trim_carries_the_weight(tmp_path, capsys):
     trim, = result(tmp_path, 'trim', '--airspeed', '15', '--climb', '5')['trims']
     assert trim['trimmed'] and trim['message'] == 'trimmed' and trim['residual'] < 1e-6
@@ -311,13 +284,53 @@ def test_without_a_trim_it_says_why_and_ends_with_1(tmp_path, capsys):
     said = capsys.readouterr()
     assert trim['message'] in said.out and trim['message'] in said.err
     assert 'its limits are' in trim['message']
-    assert cli.main(['trim', '--aircraft', 'wing_tail', '--airspeed', '30']) == 1
-    assert 'wing_tail has no engine' in capsys.readouterr().err
+    assert cli.main(['trim', '--airspeed', '3']) == 1
+    said = capsys.readouterr().err
+    assert 'no balance found' in said and 'too slow or too fast for level flight?' in said
+
+
+def test_without_an_engine_it_glides(tmp_path):
+    trim, = result(tmp_path, 'trim', '--aircraft', 'wing_tail', '--airspeed', '30')['trims']
+    assert trim['kind'] == 'glide' and trim['trimmed'] and trim['throttle'] == 0.0
+    assert trim['airspeed_m_s'] == 30.0
+    assert math.tan(math.radians(-trim['climb_angle_deg'])) == pytest.approx(
+        trim['CD'] / trim['CL'], rel=1e-5)
+    scenario = a_scenario(tmp_path, 'elevator: {relative: true, points_deg: [[0, 0]]}')
+    series = result(tmp_path, 'fly', '--aircraft', 'wing_tail', '--airspeed', '30',
+                    '--scenario', scenario)['series']
+    assert series['sink_rate_m_s'][-1] == pytest.approx(trim['sink_rate_m_s'], rel=0.01)
+
+
+def a_scenario(tmp_path, channel):
+    """Write a scenario of 0.2 s with one channel and return its file."""
+    path = tmp_path / 'short.yaml'
+    path.write_text('name: short\nduration_s: 0.2\ninitial: {airspeed_m_s: 15.0, '
+                    'altitude_m: 100.0}\nchannels:\n  ' + channel + '\n')
+    return str(path)
+
+
+@pytest.mark.parametrize('channel, message', [
+    ('elevator: {relative: false, points_deg: [[0, 20], [0.1, 80]]}',
+     'scenario short: elevator goes from -30 to 20 deg, got 80'),
+    ('throttle: {relative: false, points: [[0, 1.5]]}', 'must be within 0 to 1, got 1.5'),
+    ('elevator: {relative: true, points_deg: [[0, 0], [0.3, 1]]}',
+     'elevator has a point at 0.3 s, the scenario ends at 0.2 s')])
+def test_a_scenario_that_cannot_be_flown_as_written_is_refused(tmp_path, capsys, channel, message):
+    assert cli.main(['fly', '--scenario', a_scenario(tmp_path, channel)]) == 2
+    said = capsys.readouterr().err
+    assert message in said and said.count('\n') == 1
+
+
+def test_limits_themselves_and_relative_values_beyond_them_are_flown(tmp_path):
+    for channel in ('elevator: {relative: false, points_deg: [[0, 20], [0.2, -30]]}',
+                    'elevator: {relative: true, points_deg: [[0, 0], [0.2, 60]]}'):
+        path = a_scenario(tmp_path, channel)
+        assert result(tmp_path, 'fly', '--scenario', path)['summary']['steps'] > 10
 
 
 def test_a_flight_tells_what_it_did(tmp_path, capsys):
     found = result(tmp_path, 'fly', '--duration', '0.5', '--airspeed', '16', '--altitude', '80',
-                   '--wind', '-2,1,0')
+                   '--wind', '1,-2,0')
     summary, series = found['summary'], found['series']
     assert summary['steps'] == math.ceil(0.5 / summary['dt_s'] - 1e-9)
     assert summary['flown_s'] == pytest.approx(summary['steps'] * summary['dt_s'])
@@ -336,7 +349,7 @@ def test_a_flight_tells_what_it_did(tmp_path, capsys):
 
 
 def test_a_flight_into_the_ground_ends_there(tmp_path, capsys):
-    found = result(tmp_path, 'fly', '--altitude', '0.5', '--wind', '0,0,3')
+    found = result(tmp_path, 'fly', '--altitude', '0.5', '--wind', '0,0,-3')
     assert found['summary']['ended_early'].startswith('ground contact')
     assert found['summary']['flown_s'] < 1.0
     assert 'ended early: ground contact' in capsys.readouterr().err

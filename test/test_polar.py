@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Steady loads over conditions: rates, continuation, hysteresis, and the count of solutions."""
 
+import json
 import math
 import re
 from dataclasses import replace
@@ -10,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from poststall_sim import definition, polar
+from poststall_sim import cli, definition, jobs, polar
 from poststall_sim.aero import model as models
 from poststall_sim.aero.decambering import AngleForm, Closure
 from poststall_sim.aero.polars import section_polar
@@ -197,6 +198,64 @@ def test_a_flow_that_is_no_number_is_a_status_not_an_exception(nonlocal_wing):
     assert point.aero.status is Status.DIVERGED and math.isnan(point.uniqueness)
     good = list(polar.sweep(nonlocal_wing, [Condition(math.nan), *conditions(4.0)], **AIR))[1]
     assert good.aero.status is Status.CONVERGED
+
+
+def result(tmp_path, *words):
+    """Run the command and return what it writes as JSON."""
+    path = tmp_path / 'result.json'
+    assert cli.main([*words, '--json', str(path)]) == 0
+    return json.loads(path.read_text())
+
+
+def test_up_and_down_is_written_with_its_way(tmp_path):
+    found = result(tmp_path, 'polar', '--alpha', '14:26:4', '--sweep', 'updown',
+                   '--aircraft', 'wing_tail', '--closure', 'local')
+    assert [p['alpha_deg'] for p in found['points']] == [14, 18, 22, 26, 22, 18, 14]
+    assert [p['way'] for p in found['points']] == ['up'] * 4 + ['down'] * 3
+    assert found['sweep'] == 'updown'
+
+
+def test_solutions_are_counted_and_flagged(tmp_path, capsys):
+    words = ['polar', '--alpha', '10:24:14', '--aircraft', 'wing_tail', '--starts', '20']
+    local, again = (result(tmp_path, *words, '--closure', 'local') for _ in range(2))
+    printed = capsys.readouterr().out
+    assert local == again   # the same input, the same answer
+    assert [p['solutions']['starts'] for p in local['points']] == [20, 20]
+    attached, stalled = (p['solutions'] for p in local['points'])
+    assert attached['distinct'] == 1 and stalled['distinct'] > 3
+    assert sum(stalled['times_found']) + stalled['not_converged'] == 20
+    assert len(stalled['CL']) == stalled['distinct']
+    assert 'solutions' in printed and f'{stalled["distinct"]}/20' in printed
+    flagged = [p for p in local['points'] if p['uniqueness'] < 0.0]
+    assert all(p['flags'] == ['MAY_NOT_BE_UNIQUE'] for p in flagged)
+    assert printed.count('converged MAY_NOT_BE_UNIQUE') == 2 * len(flagged)
+    smooth = result(tmp_path, *words)
+    assert [p['solutions']['distinct'] for p in smooth['points']] == [1, 1]
+
+
+def test_a_point_that_may_not_be_unique_is_marked_in_the_table():
+    point = {'alpha_deg': 20.0, **dict.fromkeys(jobs.COEFFICIENTS, 0.0), 'status': 'converged',
+             'stalled_strips': 3, 'strips': {'cl': [0.0] * 5}, 'iterations': 4,
+             'max_residual': 1e-6, 'uniqueness': -0.25, 'flags': ['MAY_NOT_BE_UNIQUE']}
+    assert cli._polar_row(point)[-3:] == ['1e-06', '-0.250', 'converged MAY_NOT_BE_UNIQUE']
+    assert cli._polar_row({**point, 'uniqueness': None, 'flags': []})[-2:] == ['-', 'converged']
+
+
+def test_a_run_starts_from_an_earlier_one(tmp_path, capsys):
+    earlier = tmp_path / 'earlier.json'
+    words = ['polar', '--alpha', '18:22:2', '--closure', 'local']
+    assert cli.main([*words, '--json', str(earlier)]) == 0
+    again = result(tmp_path, *words, '--start', f'given={earlier}')
+    assert [p['iterations'] for p in again['points']] == [0, 0, 0]
+    assert again['start'] == 'given'
+    before = json.loads(earlier.read_text())['points']
+    assert [p['CL'] for p in again['points']] == pytest.approx([p['CL'] for p in before])
+    capsys.readouterr()
+    assert cli.main([*words, '--strips', 'wing=12', '--start', f'given={earlier}']) == 2
+    assert 'is of another lattice' in capsys.readouterr().err
+    earlier.write_text('{"points": 3}')
+    assert cli.main([*words, '--start', f'given={earlier}']) == 2
+    assert 'is not the JSON of a polar' in capsys.readouterr().err
 
 
 def test_the_figures_of_the_docs_are_there_and_small():

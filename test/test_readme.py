@@ -1,11 +1,12 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
-"""What the README says of topics and files is what there is."""
+"""What the README says of topics, commands and files is what there is."""
 
 import re
+import shlex
 from pathlib import Path
 
-from poststall_sim import topics
+from poststall_sim import options, topics
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
@@ -28,3 +29,12 @@ def test_every_command_topic_stands_in_the_readme():
 def test_every_file_that_the_readme_links_exists():
     links = re.findall(r'\]\(([^)#:]+)\)', README)
     assert links and all((ROOT / link).exists() for link in links)
+
+
+def test_every_command_line_of_the_readme_parses(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)   # what is written there must need no folder
+    blocks = re.findall(r'^```\w*\n(.*?)^```', README, re.MULTILINE | re.DOTALL)
+    lines = [line for block in blocks for line in block.replace('\\\n', ' ').splitlines()
+             if line.startswith('poststall ')]
+    commands = [options.parse(shlex.split(line, comments=True)[1:]).command for line in lines]
+    assert set(commands) == {'polar', 'trim', 'fly', 'plot'}

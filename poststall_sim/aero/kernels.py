@@ -28,6 +28,8 @@ _FOUR_PI = 4.0 * math.pi
 _STREAM = {'cache': True, 'nogil': True, 'fastmath': True, 'error_model': 'numpy'}
 _EXACT = {'cache': True, 'nogil': True}
 
+_ON_LINE = 1e-24
+"""Squared sine of the angle between r1 and r2 that is round-off: the point is on the line."""
 _BLOCK = 512
 """Wake nodes worked on at a time: four arrays of this length stay in the first-level cache."""
 
@@ -45,9 +47,11 @@ def _segment(px, py, pz, ax, ay, az, bx, by, bz, core):
         + 0.5 * core * core * (lx * lx + ly * ly + lz * lz)
     if denominator <= 0.0:
         return 0.0, 0.0, 0.0
+    cx, cy, cz = r1y * r2z - r1z * r2y, r1z * r2x - r1x * r2z, r1x * r2y - r1y * r2x
+    if cx * cx + cy * cy + cz * cz < _ON_LINE * product * product:
+        return 0.0, 0.0, 0.0
     k = (r1 + r2) / (_FOUR_PI * denominator)
-    return (k * (r1y * r2z - r1z * r2y), k * (r1z * r2x - r1x * r2z),
-            k * (r1x * r2y - r1y * r2x))
+    return k * cx, k * cy, k * cz
 
 
 @njit(**_EXACT)

@@ -14,6 +14,7 @@ from poststall_sim.aero.decambering import (
     AngleForm,
     Closure,
     alpha_slopes,
+    averaging,
     faded_mean,
     nonlocal_jacobian,
     nonlocal_residual,
@@ -29,6 +30,10 @@ FADE_BEGIN, FADE_END = math.cos(math.radians(60.0)), math.cos(math.radians(75.0)
 """A strip whose flow leaves the chord by more fades from the lattice into strip theory."""
 SLOWEST_SHARE, SLOWEST_SPEED = 0.05, 0.5
 """A strip below this share of the airspeed, or of 0.5 m/s, keeps its decambering."""
+WIDER = (2.0, 1.4, 1.15, 1.0)
+"""Averaging lengths, times the one asked for, through which a lost non-local solution is led."""
+SLOW_LIMIT = 2000
+"""Iterations of scheme D where the robust solver gives up."""
 NO_PATH = np.empty((0, 0))
 
 
@@ -119,15 +124,32 @@ def decamber(model: Model, boundary: Boundary, operator: FloatArray,
         delta[:] = 0.0
         operating_points(delta, boundary.strips, operator, linear, alpha, circulation, speed)
     elif settings.closure is Closure.NONLOCAL:
-        iterations = schemes.newton(
+        iterations = first = schemes.newton(
             delta, boundary.strips, operator, linear, *curves, model.mean, settings.tolerance,
             settings.limit, *found, history)
+        if np.abs(residual).max() > settings.tolerance:
+            # Near a fold: come from a wider mean, whose solution is unique.
+            for wider in WIDER:
+                mean = averaging(lattice, tuple(wider * np.broadcast_to(settings.ell, (
+                    len(lattice.grids)))))
+                iterations += schemes.newton(
+                    delta, boundary.strips, operator, linear, *curves, mean, settings.tolerance,
+                    settings.limit, *found, np.zeros(settings.limit + 1))
+            history = np.append(history[:first + 1], np.abs(residual).max())
     elif settings.scheme is Scheme.ROBUST:
         inverse, level = np.empty((n, n)), np.empty((n, n + 1))
         robust.prepare(boundary.strips, operator, linear, inverse, level)
-        iterations = robust.robust(
+        iterations = first = robust.robust(
             delta, boundary.strips, operator, inverse, level, linear, *curves, lattice.mirror,
             settings.tolerance, settings.limit, *found, history)
+        if np.abs(residual).max() > settings.tolerance:
+            # Strips much narrower than their chord swing too far alone; scheme D goes slowly.
+            delta[:] = 0.0
+            history = np.concatenate([history[:first], np.zeros(SLOW_LIMIT + 1)])
+            iterations += schemes.relaxation(
+                delta, boundary.strips, operator, linear, *curves,
+                model.trajectory[Scheme.D], False, 1.0, False, lattice.mirror,
+                settings.tolerance, SLOW_LIMIT, *found, history[first:], NO_PATH)
     else:
         iterations = schemes.relaxation(
             delta, boundary.strips, operator, linear, *curves,

@@ -34,6 +34,8 @@ _ATTACHED = math.radians(30.0)
 @njit(**_EXACT)
 def lift(curve, alpha):
     """Return the first coefficient of a curve (k, 2, GRID + 1), cl, and its slope at an angle."""
+    if not abs(alpha) < 1e9:     # an iteration that ran away: there is no place in the table
+        return math.nan, math.nan
     step = 2.0 * math.pi / (curve.shape[2] - 1)
     turns = (alpha + math.pi) / (2.0 * math.pi)
     place = (turns - math.floor(turns)) * (curve.shape[2] - 1)

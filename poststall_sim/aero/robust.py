@@ -110,12 +110,30 @@ def _strip(j, alpha, strips, linear, curve, value):
     value[5] = plate * ((1.0 + tangent * tangent) * rate * ue - tangent * we * turn)
 
 
+@njit(**EXACT)
+def _hold(delta, strips, linear, values):
+    """
+    Fill the values (n, 6) of strips without flow, which keep their decambering.
+
+    Their row of Q' is the identity, so what they 'carry' is the sine they are held at.
+    """
+    for j in range(delta.size):
+        if strips[7, j] == 0.0:
+            th = delta[j] - strips[4, j]
+            beta = th if linear else th + math.atan2(strips[1, j], strips[0, j])
+            values[j, 0] = beta if linear else math.sin(beta)
+            values[j, 1] = 1.0 if linear else math.cos(beta)
+            values[j, 2] = values[j, 0]
+            values[j, 3:] = 0.0
+
+
 @njit(**SUM)
 def _imbalance(alpha, strips, linear, curves, polar_index, inverse, level, values, residual):
     """Fill E = T q - sin beta - L cos beta - l0, (n,), and the strips' values; return max |E|."""
     n = alpha.size
     for j in range(n):
-        _strip(j, alpha[j], strips, linear, curves[polar_index[j]], values[j])
+        if strips[7, j] != 0.0:
+            _strip(j, alpha[j], strips, linear, curves[polar_index[j]], values[j])
     worst = 0.0
     for j in range(n):
         e = -level[j, n] - values[j, 0]
@@ -132,6 +150,8 @@ NEWTON_RANGE = 0.05
 """Imbalance [rad] from which on Newton is worth a trial."""
 ROUGH = 1e-3
 """Imbalance [rad] that a strip is left with in a sweep: Newton finishes."""
+LEAST_COSINE = 0.05
+"""A strip is not turned further across its flow: beyond 90 deg its balance has false roots."""
 STEEPEST = 2.5
 """No strip's own balance is steeper: a step of its value over this cannot miss a root."""
 SMALLEST_STEP = math.radians(0.25)
@@ -158,6 +178,8 @@ def _first_root(j, alpha, rest, strips, linear, curve, inverse, level, value):
             step = abs(at_low) / slope * 1.02
         high = low - sign * step
         _strip(j, high, strips, linear, curve, value)
+        if value[1] < LEAST_COSINE:
+            break
         at_high = t * value[2] - value[0] - small * value[1] + rest
         if at_high * sign <= 0.0:
             middle = high
@@ -176,6 +198,7 @@ def _first_root(j, alpha, rest, strips, linear, curve, inverse, level, value):
                     low, at_low = middle, at
             return middle
         low, at_low = high, at_high
+    _strip(j, low, strips, linear, curve, value)
     return low
 
 
@@ -187,6 +210,15 @@ def _rest(j, inverse, level, values):
     for k in range(n):
         rest += inverse[j, k] * values[k, 2] - level[j, k] * values[k, 1]
     return rest - inverse[j, j] * values[j, 2] + level[j, j] * values[j, 1]
+
+
+@njit(**EXACT)
+def _forward(values, strips):
+    """Tell whether no strip is turned across its flow, see `LEAST_COSINE`."""
+    for j in range(values.shape[0]):
+        if strips[7, j] != 0.0 and values[j, 1] < LEAST_COSINE:
+            return False
+    return True
 
 
 @njit(**SUM)
@@ -213,6 +245,8 @@ def robust(delta, strips, operator, inverse, level, linear, curves, polar_index,
     if history[0] <= 1e-3 * tolerance:
         return 0
     current = alpha.copy()
+    _hold(delta, strips, linear, values)
+    _hold(delta, strips, linear, trial_values)
     worst = _imbalance(
         current, strips, linear, curves, polar_index, inverse, level, values, force)
     best = worst
@@ -235,7 +269,7 @@ def robust(delta, strips, operator, inverse, level, linear, curves, polar_index,
                 trial = current + step
                 new = _imbalance(trial, strips, linear, curves, polar_index, inverse, level,
                                  trial_values, trial_force)
-                if new <= 0.5 * worst:
+                if new <= 0.5 * worst and _forward(trial_values, strips):
                     current, worst = trial, new
                     values, trial_values = trial_values, values
                     force, trial_force = trial_force, force
@@ -276,7 +310,9 @@ def robust(delta, strips, operator, inverse, level, linear, curves, polar_index,
         if strips[7, j] != 0.0:
             phi = potential_angle(
                 curves[polar_index[j]], current[j] + strips[6, j], linear)[0]
-            delta[j] = wrap(phi - current[j] + strips[5, j])
+            delta[j] = phi - current[j] + strips[5, j]
+            if not linear:
+                delta[j] = wrap(delta[j])
     operating_points(delta, strips, operator, linear, alpha, circulation, speed)
     local_residual(strips, curves, polar_index, alpha, circulation, speed, residual)
     history[iterations] = np.abs(residual).max()

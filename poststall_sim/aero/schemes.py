@@ -128,7 +128,7 @@ def newton(delta, strips, operator, linear, curves, polar_index, mean, tolerance
         operating_points(delta, strips, operator, linear, alpha, circulation, speed)
         nonlocal_residual(
             delta, strips, linear, curves, polar_index, weights, alpha, residual, change)
-    for j in range(n):
+    for j in range(n if not linear else 0):     # small angles do not come round
         delta[j] = wrap(delta[j])
     return iterations
 
@@ -215,7 +215,8 @@ def relaxation(delta, strips, operator, linear, curves, polar_index, sigma, seca
         if worst < best:
             best = worst
             delta[:] = current
-        if not worst > tolerance or iterations == limit:
+        # Not finite, or far beyond any lift coefficient: it has run away.
+        if not tolerance < worst < 1e6 or iterations == limit:
             break
         by_a = iterations == 0 and (secant or first_by_a)
         iterations += 1
@@ -230,6 +231,6 @@ def relaxation(delta, strips, operator, linear, curves, polar_index, sigma, seca
             current[j] += 0.5 * (change[j] + change[mirror[j]])
     operating_points(delta, strips, operator, linear, alpha, circulation, speed)
     local_residual(strips, curves, polar_index, alpha, circulation, speed, residual)
-    for j in range(n):
+    for j in range(n if not linear else 0):     # small angles do not come round
         delta[j] = wrap(delta[j])
     return iterations
