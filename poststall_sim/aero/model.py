@@ -210,8 +210,12 @@ def _require_apart(lattice: Lattice, owner: np.ndarray) -> None:
     above = np.abs(np.einsum('ijk,jk->ij', apart, lattice.normal))
     aft = np.abs(np.einsum('ijk,jk->ij', apart, lattice.tangent))
     beside = np.sqrt(np.maximum(np.sum(apart ** 2, axis=-1) - above ** 2 - aft ** 2, 0.0))
-    inside = (above < CLOSEST * width) & (beside < 0.5 * width) \
-        & (aft < 0.5 * lattice.area / width) & ~np.eye(lattice.panels, dtype=bool)
+    within = (beside < 0.5 * width) & (aft < 0.5 * lattice.area / width) \
+        & (owner[:, None] != owner[None, :])
+    strip = lattice.panel_strip
+    image = (lattice.mirror[strip][:, None] == strip[None, :]) & (strip[:, None] != strip[None, :])
+    inside = (above < CLOSEST * width) & (
+        within | image & (np.linalg.norm(apart, axis=-1) < CLOSEST * width))
     if inside.any():
         point, panel = np.argwhere(inside)[0]
         first, second = (lattice.grids[owner[i]].name for i in (point, panel))
