@@ -10,6 +10,7 @@ solves the lattice's equations with numpy and writes both closures from their fo
 
 import dataclasses
 import hashlib
+import itertools
 import math
 import os
 import subprocess
@@ -22,6 +23,7 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
+from poststall_sim import definition
 from poststall_sim.aero import model as models
 from poststall_sim.aero import operating, solver
 from poststall_sim.aero.decambering import AngleForm, Closure, averaging
@@ -205,42 +207,84 @@ SHAPES = [('swept, with a fin', 26), ('swept, with a fin', 80), ('wing and tail'
           ('swept, with a fin', 104), ('wing and tail', 104)]
 
 
-def other_shapes(shape, name, form, count, seed):
-    """Hold both solvers to convergence."""
+def asked(forms):
+    """
+    Return what is asked on other shapes: shape, curve, angle form, closure, ell.
+
+    What is open is asked as well and expected to fail; not strictly, for the draws are random.
+    """
+    cases = []
+    for shape, name, form in itertools.product(SHAPES, curves.STALLS, forms):
+        for closure, ell in [(Closure.LOCAL, 1.0), (Closure.NONLOCAL, 1.0)] \
+                + [(Closure.NONLOCAL, 1.5)] * (name == 'sharp'):
+            reason = None
+            if closure is Closure.LOCAL and shape[1] > 26 and form is AngleForm.EXACT:
+                reason = 'open: exact angles, strips much narrower than their chord'
+            if closure is Closure.NONLOCAL and name == 'sharp' and ell == 1.0 \
+                    and shape[0] != 'wing and tail':
+                reason = 'open: a fold that about one flow in a thousand meets'
+            marks = [pytest.mark.xfail(strict=False, reason=reason)] if reason else []
+            cases.append(pytest.param(
+                shape, name, form, closure, ell, marks=marks,
+                id=f'{shape[0]} {shape[1]}-{name}-{form.value}-{closure.value}-{ell}'))
+    return cases
+
+
+def other_shapes(shape, name, form, closure, ell, count, seed):
+    """Hold a closure's solver to convergence."""
     foil = curves.airfoil(name)
-    starts = Starts(shaped(*shape)(foil), foil, form, count, seed)
     print(f'seed {seed}, {name}, {form.value}, {shape}')
-    if shape[1] <= 26 or form is AngleForm.LINEAR:
-        starts.solve(Closure.LOCAL)
-    # Open: with ell 1 the sharp curve meets a fold on the swept wing, one flow in a thousand.
-    starts.solve(Closure.NONLOCAL, 1.5 if name == 'sharp' else 1.0)
+    Starts(shaped(*shape)(foil), foil, form, count, seed).solve(closure, ell)
 
 
-@pytest.mark.parametrize('name', curves.STALLS)
-@pytest.mark.parametrize('shape', SHAPES[:3], ids=str)
-def test_cold_starts_converge_on_other_shapes(shape, name, seed):
+@pytest.mark.parametrize('shape, name, form, closure, ell', [
+    case for case in asked([AngleForm.EXACT]) if case.values[0] in SHAPES[:3]])
+def test_cold_starts_converge_on_other_shapes(shape, name, form, closure, ell, seed):
     """Swept, tapered, leaning, with a fin swept 45 deg; narrow strips; sines as sines."""
-    other_shapes(shape, name, AngleForm.EXACT, {26: 200, 80: 10}[shape[1]], seed)
-
-
-@pytest.mark.xfail(strict=False, reason='open: with exact angles and strips much narrower than '
-                   'their chord the local closure is not always solved')
-@pytest.mark.parametrize('name', curves.STALLS)
-@pytest.mark.parametrize('shape', [shape for shape in SHAPES if shape[1] == 80], ids=str)
-def test_local_closure_is_solved_on_narrow_strips(shape, name, seed):
-    """What the robust solver owes on 80 strips, sines as sines."""
-    foil = curves.airfoil(name)
-    Starts(shaped(*shape)(foil), foil, AngleForm.EXACT, 3, seed).solve(Closure.LOCAL)
+    other_shapes(shape, name, form, closure, ell, {26: 200, 80: 10}[shape[1]], seed)
 
 
 @pytest.mark.soak
 @pytest.mark.timeout(3600)
-@pytest.mark.parametrize('form', AngleForm)
-@pytest.mark.parametrize('name', curves.STALLS)
-@pytest.mark.parametrize('shape', SHAPES, ids=str)
-def test_many_cold_starts_converge_on_other_shapes(shape, name, form, seed):
+@pytest.mark.parametrize('shape, name, form, closure, ell', asked(AngleForm))
+def test_many_cold_starts_converge_on_other_shapes(shape, name, form, closure, ell, seed):
     """The same with more flows, more strips and both angle forms."""
-    other_shapes(shape, name, form, {26: 2000, 80: 300, 104: 200}[shape[1]], seed)
+    other_shapes(shape, name, form, closure, ell, {26: 2000, 80: 300, 104: 200}[shape[1]], seed)
+
+
+# Flows that the first solver loses, found by random search: the fallback has to bring them home.
+
+def test_a_wider_mean_leads_a_lost_non_local_solution_home(monkeypatch):
+    """Without it Newton stops short; nothing better is thrown away where it fails too."""
+    foil = curves.airfoil('sharp')
+    machine = curves.swept(foil)
+    model = models.build(machine, settings(Closure.NONLOCAL))
+    none = np.zeros(model.lattice.strips)
+    lost = home = 0
+    for flow in curves.random_flows(machine, 3000, 77):
+        problem = operating.steady_problem(model, flow.onset, flow.deflections)
+        arguments = (model, problem.boundary, problem.operator, none, operating.NO_PATH)
+        with monkeypatch.context() as patched:
+            patched.setattr(operating, 'WIDER', ())
+            alone = np.abs(operating.decamber(*arguments).residual).max()
+        if alone > TOLERANCE:
+            led = np.abs(operating.decamber(*arguments).residual).max()
+            assert led <= alone
+            lost, home = lost + 1, home + (led <= TOLERANCE)
+    assert home > 0, f'{lost} lost by Newton alone, none of them led home'
+
+
+def test_scheme_d_brings_home_what_the_robust_solver_loses_on_narrow_strips(monkeypatch):
+    """A wing of 40 strips at 23 deg, exact angles: robust alone leaves it, D does not."""
+    foil = definition.airfoil(definition.find('airfoils', 'naca4415_re3e6'))
+    machine = curves.wing_alone(foil, 40)
+    model = models.build(machine, settings(Closure.LOCAL))
+    flow = curves.level_flow(machine, math.radians(23.0))
+    problem = operating.steady_problem(model, flow.onset, flow.deflections)
+    arguments = (model, problem.boundary, problem.operator, np.zeros(40), operating.NO_PATH)
+    assert np.abs(operating.decamber(*arguments).residual).max() <= TOLERANCE
+    monkeypatch.setattr(operating, 'SLOW_LIMIT', 0)
+    assert np.abs(operating.decamber(*arguments).residual).max() > TOLERANCE
 
 
 def any_attitude(name, ell, count, seed):

@@ -104,7 +104,7 @@ class Operating:
 
 
 def decamber(model: Model, boundary: Boundary, operator: FloatArray,
-              start: FloatArray, path: FloatArray) -> Operating:
+             start: FloatArray, path: FloatArray) -> Operating:
     """
     Return the operating points by the closure in the settings.
 
@@ -127,14 +127,16 @@ def decamber(model: Model, boundary: Boundary, operator: FloatArray,
         iterations = first = schemes.newton(
             delta, boundary.strips, operator, linear, *curves, model.mean, settings.tolerance,
             settings.limit, *found, history)
-        if np.abs(residual).max() > settings.tolerance:
+        if not np.abs(residual).max() <= settings.tolerance:
             # Near a fold: come from a wider mean, whose solution is unique.
+            best = [array.copy() for array in (delta, *found)]
             for wider in WIDER:
                 mean = averaging(lattice, tuple(wider * np.broadcast_to(settings.ell, (
                     len(lattice.grids)))))
                 iterations += schemes.newton(
                     delta, boundary.strips, operator, linear, *curves, mean, settings.tolerance,
                     settings.limit, *found, np.zeros(settings.limit + 1))
+            _keep_better(best, (delta, *found))
             history = np.append(history[:first + 1], np.abs(residual).max())
     elif settings.scheme is Scheme.ROBUST:
         inverse, level = np.empty((n, n)), np.empty((n, n + 1))
@@ -142,14 +144,16 @@ def decamber(model: Model, boundary: Boundary, operator: FloatArray,
         iterations = first = robust.robust(
             delta, boundary.strips, operator, inverse, level, linear, *curves, lattice.mirror,
             settings.tolerance, settings.limit, *found, history)
-        if np.abs(residual).max() > settings.tolerance:
+        if not np.abs(residual).max() <= settings.tolerance:
             # Strips much narrower than their chord swing too far alone; scheme D goes slowly.
+            best = [array.copy() for array in (delta, *found)]
             delta[:] = 0.0
             history = np.concatenate([history[:first], np.zeros(SLOW_LIMIT + 1)])
             iterations += schemes.relaxation(
                 delta, boundary.strips, operator, linear, *curves,
                 model.trajectory[Scheme.D], False, 1.0, False, lattice.mirror,
                 settings.tolerance, SLOW_LIMIT, *found, history[first:], NO_PATH)
+            _keep_better(best, (delta, *found))
     else:
         iterations = schemes.relaxation(
             delta, boundary.strips, operator, linear, *curves,
@@ -160,8 +164,15 @@ def decamber(model: Model, boundary: Boundary, operator: FloatArray,
     return Operating(delta, *found, iterations, history[:iterations + 1])
 
 
+def _keep_better(first: list[FloatArray], second: tuple[FloatArray, ...]) -> None:
+    """Put the first iterate back into the second's arrays if its residual, the last, is less."""
+    if not np.abs(second[-1]).max() <= np.abs(first[-1]).max():
+        for kept, array in zip(first, second):
+            array[:] = kept
+
+
 def lattice_operator(model: Model, boundary: Boundary, response: FloatArray,
-              wash: FloatArray) -> FloatArray:
+                     wash: FloatArray) -> FloatArray:
     """Return the map (n, 2 n + 1) from decambering to circulation, see `operating_points`."""
     n = model.lattice.strips
     operator = np.empty((n, 2 * n + 1))
