@@ -218,8 +218,10 @@ def asked(forms):
         for closure, ell in [(Closure.LOCAL, 1.0), (Closure.NONLOCAL, 1.0)] \
                 + [(Closure.NONLOCAL, 1.5)] * (name == 'sharp'):
             reason = None
-            if closure is Closure.LOCAL and shape[1] > 26 and form is AngleForm.EXACT:
-                reason = 'open: exact angles, strips much narrower than their chord'
+            if closure is Closure.LOCAL and shape[1] > 26:
+                reason = 'open: strips much narrower than their chord'
+            elif closure is Closure.LOCAL and form is AngleForm.LINEAR:
+                reason = 'open: small angles on a swept wing, about one flow in a thousand'
             if closure is Closure.NONLOCAL and name == 'sharp' and ell == 1.0 \
                     and shape[0] != 'wing and tail':
                 reason = 'open: a fold that about one flow in a thousand meets'
