@@ -33,7 +33,8 @@ EXACT = {'cache': True, 'nogil': True}
 SUM = {'cache': True, 'nogil': True, 'error_model': 'numpy',
         'fastmath': {'reassoc', 'contract'}}
 """Sums may be reordered so that they vectorise; NaN and infinity keep their meaning."""
-TWO_PI = 2.0 * math.pi
+TWO_PI, PER_TWO_PI = 2.0 * math.pi, 0.5 / math.pi
+"""A constant's division is not turned into a product where sums are to be exact."""
 ATTACHED = 1e-4
 """Decambering [rad] below which a section counts as a potential line where a start is chosen."""
 
@@ -83,7 +84,7 @@ def averaging(lattice: Lattice, ell: float | tuple[float, ...]) -> FloatArray:
 @njit(**EXACT)
 def wrap(angle):
     """Return an angle [rad] brought into -pi..pi."""
-    return angle - TWO_PI * math.floor((angle + math.pi) / TWO_PI)
+    return angle - TWO_PI * math.floor((angle + math.pi) * PER_TWO_PI)
 
 
 @njit(**EXACT)
@@ -134,23 +135,23 @@ def operating_points(delta, strips, operator, linear, alpha, circulation, speed)
         turned[k] = 1.0 if linear else math.cos(th)
         turned[n + k] = th if linear else math.sin(th)
     for j in range(n):
-        u, w, chord, fade = strips[0, j], strips[1, j], strips[2, j], strips[3, j]
         g = operator[j, 2 * n]
         for k in range(2 * n):
             g += operator[j, k] * turned[k]
+        circulation[j] = g
+    for j in range(n):
+        u, w, fade, plate = strips[0, j], strips[1, j], strips[3, j], math.pi * strips[2, j]
         if linear:
-            circulation[j] = g
             speed[j] = u
-            alpha[j] = g / (math.pi * chord * u) - (delta[j] - strips[5, j])
+            alpha[j] = circulation[j] / (plate * u) - (delta[j] - strips[5, j])
             continue
         c = turned[j] * strips[8, j] + turned[n + j] * strips[9, j]
         s = turned[n + j] * strips[8, j] - turned[j] * strips[9, j]
-        plate = math.pi * chord
-        g = fade * g + (1.0 - fade) * plate * (w * c + u * s)
+        g = fade * circulation[j] + (1.0 - fade) * plate * (w * c + u * s)
         we = g / plate
         ue = u * c - w * s
         circulation[j] = g
-        speed[j] = max(math.sqrt(we * we + ue * ue), 1e-150)
+        speed[j] = math.sqrt(max(we * we + ue * ue, 1e-300))
         alpha[j] = wrap(math.atan2(we, ue) - (delta[j] - strips[5, j]))
 
 
@@ -191,10 +192,18 @@ def potential_angle(curve, alpha, linear):
     asin(cl(alpha) / 2 pi), or cl / 2 pi in the linear form.
     """
     cl, slope = lift(curve, alpha)
+    ratio, rate = cl * PER_TWO_PI, slope * PER_TWO_PI
     if linear:
-        return cl / TWO_PI, slope / TWO_PI
-    ratio = min(max(cl / TWO_PI, -0.999), 0.999)
-    return math.asin(ratio), slope / (TWO_PI * math.sqrt(1.0 - ratio * ratio))
+        return ratio, rate
+    if abs(ratio) > 0.999:
+        ratio = math.copysign(0.999, ratio)
+    return math.asin(ratio), rate / math.sqrt(1.0 - ratio * ratio)
+
+
+@njit(**EXACT)
+def _larger(worst, value):
+    """Return the larger of a maximum and |value|; NaN, once met, stays."""
+    return worst if abs(value) <= worst or math.isnan(worst) else abs(value)
 
 
 @njit(**SUM)
@@ -218,7 +227,7 @@ def faded_mean(strips, mean, weights):
 def nonlocal_residual(delta, strips, linear, curves, polar_index, weights, alpha, residual,
                       change):
     """
-    Fill the residual of the non-local closure and the slope of the section's decambering.
+    Fill the residual of the non-local closure and the section decambering's slope; return max |F|.
 
         F_j = delta_j - D_j(abar_j),   abar_j = alpha_j + sum_k weights_jk (alpha_k - alpha_j)
         D(a) = asin(cl(a + shift) / 2 pi) - (a - alpha_0L),  linear: cl / 2 pi for the asin
@@ -227,23 +236,31 @@ def nonlocal_residual(delta, strips, linear, curves, polar_index, weights, alpha
     change (n,) dD/da filled. Strips without flow are left out: they keep their decambering.
     """
     n = delta.size
-    whole = alpha.max() - alpha.min() < math.pi     # else a difference may cross +-180 deg
+    low = high = alpha[0]
+    for k in range(n):
+        low, high = min(low, alpha[k]), max(high, alpha[k])
+    for j in range(n):
+        mean = 0.0
+        if high - low < math.pi:
+            for k in range(n):
+                mean += weights[j, k] * alpha[k]
+        else:     # a difference may cross +-180 deg
+            mean = alpha[j]
+            for k in range(n):
+                mean += weights[j, k] * wrap(alpha[k] - alpha[j])
+        residual[j] = mean
+    worst = 0.0
     for j in range(n):
         if strips[7, j] == 0.0:
             residual[j] = 0.0
             change[j] = 0.0
             continue
-        abar = 0.0
-        if whole:
-            for k in range(n):
-                abar += weights[j, k] * alpha[k]
-        else:
-            abar = alpha[j]
-            for k in range(n):
-                abar += weights[j, k] * wrap(alpha[k] - alpha[j])
-        phi, rate = potential_angle(curves[polar_index[j]], abar + strips[6, j], linear)
-        residual[j] = wrap(delta[j] - phi + abar - strips[5, j])
+        mean = residual[j]
+        phi, rate = potential_angle(curves[polar_index[j]], mean + strips[6, j], linear)
+        residual[j] = wrap(delta[j] - phi + mean - strips[5, j])
         change[j] = rate - 1.0
+        worst = _larger(worst, residual[j])
+    return worst
 
 
 @njit(**EXACT)
@@ -271,19 +288,22 @@ def strip_theory(delta, strips, linear, curves, polar_index):
 def nonlocal_jacobian(weights, change, slope, jacobian):
     """Fill dF/d delta = I - diag(dD/da) weights (d alpha / d delta), (n, n)."""
     n = change.size
-    product = np.dot(weights, slope)
+    np.dot(weights, slope, jacobian)
     for j in range(n):
         for k in range(n):
-            jacobian[j, k] = -change[j] * product[j, k]
+            jacobian[j, k] *= -change[j]
         jacobian[j, j] += 1.0
 
 
 @njit(**EXACT)
 def local_residual(strips, curves, polar_index, alpha, circulation, speed, residual):
-    """Fill the residual (n,) of the local closure, cl_j - cl_visc,j(alpha_j) [-]."""
+    """Fill the residual (n,) of the local closure, cl_j - cl_visc,j(alpha_j) [-]; return max."""
+    worst = 0.0
     for j in range(alpha.size):
         if strips[7, j] == 0.0:
             residual[j] = 0.0
             continue
         residual[j] = 2.0 * circulation[j] / (speed[j] * strips[2, j]) \
             - lift(curves[polar_index[j]], alpha[j] + strips[6, j])[0]
+        worst = _larger(worst, residual[j])
+    return worst

@@ -24,6 +24,9 @@ _EXACT = {'cache': True, 'nogil': True}
 GRID = 1440
 """Intervals of the uniform grid over a full turn: a quarter of a degree each."""
 
+_TURN = 1.0 / (2.0 * math.pi)
+_STEP, _PER_STEP = 2.0 * math.pi / GRID, GRID / (2.0 * math.pi)
+
 CL, CD, CM = 0, 1, 2
 """Index of a coefficient in a curve."""
 
@@ -36,16 +39,17 @@ def lift(curve, alpha):
     """Return the first coefficient of a curve (k, 2, GRID + 1), cl, and its slope at an angle."""
     if not abs(alpha) < 1e9:     # an iteration that ran away: there is no place in the table
         return math.nan, math.nan
-    step = 2.0 * math.pi / (curve.shape[2] - 1)
-    turns = (alpha + math.pi) / (2.0 * math.pi)
-    place = (turns - math.floor(turns)) * (curve.shape[2] - 1)
-    i = min(int(place), curve.shape[2] - 2)
+    turns = alpha * _TURN + 0.5
+    place = (turns - math.floor(turns)) * GRID
+    i = int(place)
+    if i == GRID:     # a hair below +180 deg, rounded up
+        i -= 1
     t = place - i
     y0, y1, m0, m1 = (
-        curve[0, 0, i], curve[0, 0, i + 1], step * curve[0, 1, i], step * curve[0, 1, i + 1])
+        curve[0, 0, i], curve[0, 0, i + 1], _STEP * curve[0, 1, i], _STEP * curve[0, 1, i + 1])
     a = 2.0 * (y0 - y1) + m0 + m1
     b = 3.0 * (y1 - y0) - 2.0 * m0 - m1
-    return y0 + t * (m0 + t * (b + t * a)), (m0 + t * (2.0 * b + 3.0 * t * a)) / step
+    return y0 + t * (m0 + t * (b + t * a)), (m0 + t * (2.0 * b + 3.0 * t * a)) * _PER_STEP
 
 
 @njit(**_EXACT)

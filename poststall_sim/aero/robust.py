@@ -16,8 +16,8 @@ from numba import njit
 
 from poststall_sim.aero.decambering import (
     EXACT,
+    PER_TWO_PI,
     SUM,
-    TWO_PI,
     local_residual,
     operating_points,
     potential_angle,
@@ -25,6 +25,7 @@ from poststall_sim.aero.decambering import (
     wrap,
 )
 from poststall_sim.aero.polars import lift
+from poststall_sim.aero.quasi_newton import MOST_STEPS, broyden_step, factor, newton_step
 from poststall_sim.aero.schemes import LARGEST_STEP
 
 MOST_SWEEPS = 64
@@ -33,6 +34,8 @@ so that the iteration gets through the narrows beside a fold, where Newton would
 LEAST_DAMPING = 0.3
 """Sweeps that gain little are damped down to this: the two strips of a pair move at once, and
 would else change places for ever where they are neighbours."""
+GAIN = 0.2
+"""A Jacobian serves for Broyden's steps as long as each leaves no more than this share of E."""
 FINISH = 1e-10
 """A solution below the tolerance is brought here by Newton: loose ones are passing states."""
 
@@ -80,30 +83,29 @@ def _strip(j, alpha, strips, linear, curve, value):
     """
     Fill `value` with sin beta, cos beta, q and their slopes over alpha for a strip on its curve.
 
-    On the curve the lattice has to carry q = pi c Ue tan(phi), phi from `potential_angle`, with
-    the chord turned by phi - alpha.
+    On the curve the lattice has to carry q = pi c Ue tan(phi), phi of `potential_angle`, here by
+    its sine, with the chord turned by phi - alpha.
     """
     cl, slope = lift(curve, alpha + strips[6, j])
-    sine = min(max(cl / TWO_PI, -0.999), 0.999)
     u, w, plate = strips[0, j], strips[1, j], math.pi * strips[2, j]
+    sine, rate = cl * PER_TWO_PI, slope * PER_TWO_PI
     if linear:
-        phi, rate = cl / TWO_PI, slope / TWO_PI
-    else:
-        cosine = math.sqrt(1.0 - sine * sine)
-        phi, rate = math.asin(sine), slope / (TWO_PI * cosine)
-    turn = rate - 1.0
-    the = phi - alpha
-    if linear:
-        value[0], value[3] = the + strips[5, j] - strips[4, j], turn
+        value[0], value[3] = sine - alpha + strips[5, j] - strips[4, j], rate - 1.0
         value[1], value[4] = 1.0, 0.0
-        value[2], value[5] = plate * u * phi, plate * u * rate
+        value[2], value[5] = plate * u * sine, plate * u * rate
         return
-    c, s = math.cos(the), math.sin(the)
+    if abs(sine) > 0.999:
+        sine = math.copysign(0.999, sine)
+    cosine = math.sqrt(1.0 - sine * sine)
+    rate /= cosine
+    turn = rate - 1.0
+    ca, sa = math.cos(alpha), math.sin(alpha)
+    c, s = cosine * ca + sine * sa, sine * ca - cosine * sa     # of phi - alpha
     ue, we = u * c - w * s, w * c + u * s
-    # beta = alpha_geo + the + shift, and (ue, we) / v are cosine and sine of alpha_geo + the.
-    cs, sn, v = strips[8, j], strips[9, j], strips[10, j]
-    value[0] = (we * cs + ue * sn) / v
-    value[1] = (ue * cs - we * sn) / v
+    # beta = alpha_geo + phi - alpha + shift; (ue, we) / v : cosine and sine of it without shift.
+    cs, sn, v = strips[8, j], strips[9, j], 1.0 / strips[10, j]
+    value[0] = (we * cs + ue * sn) * v
+    value[1] = (ue * cs - we * sn) * v
     value[3], value[4] = value[1] * turn, -value[0] * turn
     tangent = sine / cosine
     value[2] = plate * ue * tangent
@@ -237,11 +239,11 @@ def robust(delta, strips, operator, inverse, level, linear, curves, polar_index,
     n = delta.size
     values, trial_values = np.empty((n, 6)), np.empty((n, 6))
     force, trial_force = np.empty(n), np.empty(n)
-    jacobian = np.empty((n, n))
+    jacobian, steps = np.empty((n, n)), np.empty((MOST_STEPS, n))
     strip_theory(delta, strips, linear, curves, polar_index)
     operating_points(delta, strips, operator, linear, alpha, circulation, speed)
-    local_residual(strips, curves, polar_index, alpha, circulation, speed, residual)
-    history[0] = np.abs(residual).max()
+    history[0] = local_residual(
+        strips, curves, polar_index, alpha, circulation, speed, residual)
     if history[0] <= 1e-3 * tolerance:
         return 0
     current = alpha.copy()
@@ -264,17 +266,25 @@ def robust(delta, strips, operator, inverse, level, linear, curves, polar_index,
                 if strips[7, j] == 0.0:
                     jacobian[j, :] = 0.0
                     jacobian[j, j] = 1.0
-            step = np.linalg.solve(jacobian, -force)
-            if np.abs(step).max() < LARGEST_STEP:
-                trial = current + step
+            factor(jacobian)
+            newton_step(jacobian, force, steps[0])
+            count, gain = 0, 0.5
+            while np.abs(steps[count]).max() < LARGEST_STEP:
+                trial = current + steps[count]
                 new = _imbalance(trial, strips, linear, curves, polar_index, inverse, level,
                                  trial_values, trial_force)
-                if new <= 0.5 * worst and _forward(trial_values, strips):
-                    current, worst = trial, new
-                    values, trial_values = trial_values, values
-                    force, trial_force = trial_force, force
-                    history[iterations] = worst
-                    continue
+                if not (new <= gain * worst and _forward(trial_values, strips)):
+                    break
+                current, worst = trial, new
+                values, trial_values = trial_values, values
+                force, trial_force = trial_force, force
+                count, gain = count + 1, GAIN
+                if worst <= FINISH or count == MOST_STEPS:
+                    break
+                broyden_step(jacobian, force, steps, count)
+            if count > 0:
+                history[iterations] = worst
+                continue
         if worst < 1e-3 * tolerance:    # round-off: no better to be had
             break
         for _ in range(sweeps):
@@ -314,6 +324,6 @@ def robust(delta, strips, operator, inverse, level, linear, curves, polar_index,
             if not linear:
                 delta[j] = wrap(delta[j])
     operating_points(delta, strips, operator, linear, alpha, circulation, speed)
-    local_residual(strips, curves, polar_index, alpha, circulation, speed, residual)
-    history[iterations] = np.abs(residual).max()
+    history[iterations] = local_residual(
+        strips, curves, polar_index, alpha, circulation, speed, residual)
     return iterations

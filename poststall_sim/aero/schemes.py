@@ -3,10 +3,10 @@
 """
 Solvers for the decambering: residual in, delta and how it went out.
 
-* `newton`, for the non-local closure: exact Jacobian; a step that does not reduce the residual is
-  retried with pseudo-time (J + mu I), which tends to the relaxed fixed-point iteration
-  delta <- delta - F / mu and back to Newton as the residual falls (Kelley & Keyes, SIAM J.
-  Numer. Anal. 35, 1998).
+* `newton`, for the non-local closure: exact Jacobian, which serves for a few more steps by
+  Broyden's rule; a step that does not reduce the residual is retried with pseudo-time (J + mu I),
+  which tends to the relaxed fixed-point iteration delta <- delta - F / mu and back to Newton as
+  the residual falls (Kelley & Keyes, SIAM J. Numer. Anal. 35, 1998).
 * `relaxation`, for the local closure: schemes A, B, C and D of the dissertation (section 3.2),
   which move each strip along an assumed trajectory to the lift curve. The robust solver of the
   same closure is in `robust`.
@@ -31,6 +31,7 @@ from poststall_sim.aero.decambering import (
     wrap,
 )
 from poststall_sim.aero.polars import lift
+from poststall_sim.aero.quasi_newton import MOST_STEPS, broyden_step, factor, newton_step
 
 
 class Scheme(enum.Enum):
@@ -53,6 +54,8 @@ class Start(enum.Enum):
 
 LARGEST_STEP = math.radians(20.0)
 """No strip's decambering changes by more in one Newton step."""
+GAIN = 0.2
+"""Broyden's steps go on while each brings the sum of squares down to this share."""
 
 
 @njit(**EXACT)
@@ -64,34 +67,32 @@ def newton(delta, strips, operator, linear, curves, polar_index, mean, tolerance
     delta : (n,) start, overwritten by the best iterate; strips, operator, linear : see
     `operating_points`; tolerance [rad] on max |F|; limit on the Jacobians evaluated;
     alpha, circulation, speed, residual : (n,) filled at the best iterate; history : (limit + 1,)
-    filled with max |F| at the start and after each iteration.
+    filled with max |F| at the start and after each iteration, which is a Newton step and the
+    Broyden steps that its Jacobian serves for.
     """
     n = delta.size
     slope, jacobian, change = np.empty((n, n)), np.empty((n, n)), np.empty(n)
-    weights = np.empty((n, n))
+    weights, steps = np.empty((n, n)), np.empty((MOST_STEPS, n))
+    step = steps[0]
     faded_mean(strips, mean, weights)
     strip_theory(delta, strips, linear, curves, polar_index)
     current, trial = delta.copy(), delta.copy()
     operating_points(current, strips, operator, linear, alpha, circulation, speed)
-    nonlocal_residual(
+    best = worst = nonlocal_residual(
         current, strips, linear, curves, polar_index, weights, alpha, residual, change)
     square = np.dot(residual, residual)
-    worst = np.abs(residual).max()
-    best = worst
     history[0] = best
     mu = 0.0
     iterations = 0
     while best > tolerance and iterations < limit:
         iterations += 1
         alpha_slopes(current, strips, operator, linear, circulation, speed, slope)
-        nonlocal_jacobian(weights, change, slope, jacobian)
         while True:
-            matrix = jacobian
-            if mu > 0.0:
-                matrix = jacobian.copy()
-                for j in range(n):
-                    matrix[j, j] += mu
-            step = np.linalg.solve(matrix, -residual)
+            nonlocal_jacobian(weights, change, slope, jacobian)
+            for j in range(n):
+                jacobian[j, j] += mu
+            factor(jacobian)
+            newton_step(jacobian, residual, step)
             largest = np.abs(step).max()
             if largest < 1e6 or mu > 1e6:
                 break
@@ -102,7 +103,7 @@ def newton(delta, strips, operator, linear, curves, polar_index, mean, tolerance
             for j in range(n):
                 trial[j] = current[j] + scale * step[j]
             operating_points(trial, strips, operator, linear, alpha, circulation, speed)
-            nonlocal_residual(
+            worst = nonlocal_residual(
                 trial, strips, linear, curves, polar_index, weights, alpha, residual, change)
             new = np.dot(residual, residual)
             # Under strong pseudo-time the residual may rise on its way round a fold.
@@ -110,16 +111,33 @@ def newton(delta, strips, operator, linear, curves, polar_index, mean, tolerance
                 accepted = True
                 break
             scale *= 0.5
+        full = accepted and mu == 0.0 and scale == 1.0
         if accepted:
             current[:] = trial
             square = new
             mu = mu / 4.0 if mu > 0.1 else 0.0
+            count = 1
+            while full and worst > tolerance and count < MOST_STEPS:
+                broyden_step(jacobian, residual, steps, count)
+                for j in range(n):
+                    trial[j] = current[j] + steps[count, j]
+                operating_points(trial, strips, operator, linear, alpha, circulation, speed)
+                worst = nonlocal_residual(
+                    trial, strips, linear, curves, polar_index, weights, alpha, residual, change)
+                new = np.dot(residual, residual)
+                accepted = new < square
+                if not accepted:
+                    break
+                current[:] = trial
+                full = new < GAIN * square
+                square = new
+                count += 1
         else:
             mu = max(4.0 * mu, 0.5)
+        if not accepted:
             operating_points(current, strips, operator, linear, alpha, circulation, speed)
-            nonlocal_residual(
+            worst = nonlocal_residual(
                 current, strips, linear, curves, polar_index, weights, alpha, residual, change)
-        worst = np.abs(residual).max()
         if worst < best:
             best = worst
             delta[:] = current
@@ -198,7 +216,8 @@ def relaxation(delta, strips, operator, linear, curves, polar_index, sigma, seca
     iterations = 0
     while True:
         operating_points(current, strips, operator, linear, alpha, circulation, speed)
-        local_residual(strips, curves, polar_index, alpha, circulation, speed, residual)
+        worst = local_residual(
+            strips, curves, polar_index, alpha, circulation, speed, residual)
         if secant and iterations == 1:
             for j in range(n):
                 cl = 2.0 * circulation[j] / (speed[j] * strips[2, j])
@@ -206,7 +225,6 @@ def relaxation(delta, strips, operator, linear, curves, polar_index, sigma, seca
                     sigma[j] = (cl - before[j]) / change[j]
                 if abs(sigma[j]) < 1e-6:
                     sigma[j] = math.copysign(1e-6, sigma[j])
-        worst = np.abs(residual).max()
         history[iterations] = worst
         if iterations < path.shape[0]:
             for j in range(n):
