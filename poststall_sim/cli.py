@@ -270,6 +270,8 @@ def _settings(arguments: argparse.Namespace, ell: float | tuple[float, ...]):
     start = asked.get('start', ('previous', None))[0]
     if closure is Closure.NONLOCAL and scheme in ('A', 'B', 'C', 'D'):
         raise ConfigError(f'scheme {scheme} solves the local closure: give --closure local')
+    if closure is Closure.LOCAL and arguments.ell:
+        raise ConfigError('--ell is for the non-local closure: the local one averages nothing')
     if not by_scheme and damping not in (None, 1.0):
         raise ConfigError('--damping is for schemes A to D: give --scheme')
     if not by_scheme and start == 'schemeA1':

@@ -82,6 +82,7 @@ def test_as_a_user_runs_it(tmp_path):
     (['polar', '--p', '1e300'], 'must be -10 to 10, got 1e+300'),
     (['polar', '--altitude', '20001'], 'must be -500 to 20000, got 20001'),
     (['polar', '--closure', 'nonlocal', '--scheme', 'D'], 'give --closure local'),
+    (['polar', '--closure', 'local', '--ell', '1'], '--ell is for the non-local closure'),
     (['polar', '--damping', '0.5'], '--damping is for schemes A to D'),
     (['polar', '--scheme', 'A', '--damping', '1.5'], 'damping must be above 0 and at most 1'),
     (['polar', '--start', 'schemeA1'], '--start schemeA1 is for schemes A to D'),
