@@ -144,7 +144,7 @@ def _trim(arguments: argparse.Namespace) -> int:
 
 
 def _fly(arguments: argparse.Namespace) -> int:
-    from poststall_sim import definition, jobs, simulation
+    from poststall_sim import definition, flight_file, jobs, simulation
     from poststall_sim.aircraft import ConfigError
     from poststall_sim.frames import swap_ned_enu
     scenario = definition.scenario(
@@ -158,18 +158,29 @@ def _fly(arguments: argparse.Namespace) -> int:
             raise ConfigError(f'scenario {scenario.name}: {name} {complaint}')
     model = _model(arguments)   # refuses what is wrong with the definition
     jobs.require_controls(model, scenario)
-    try:
+    if arguments.resume:
+        for name in ('airspeed', 'altitude', 'wind'):
+            if getattr(arguments, name) is not None:
+                raise ConfigError(
+                    f'--{name} has no effect with --resume: the flight goes on as saved')
         with _patience():
-            flight = simulation.start(model.aircraft, model.settings, airspeed=airspeed,
-                                      altitude=altitude,
-                                      wind_N=swap_ned_enu(arguments.wind))
-    except ConfigError as error:
-        raise jobs.NoResultError(jobs.explained(str(error))) from None
+            flight = jobs.resumed(model, arguments.resume, duration)
+    else:
+        try:
+            with _patience():
+                flight = simulation.start(
+                    model.aircraft, model.settings, airspeed=airspeed, altitude=altitude,
+                    wind_N=np.zeros(3) if arguments.wind is None else
+                    swap_ned_enu(arguments.wind))
+        except ConfigError as error:
+            raise jobs.NoResultError(jobs.explained(str(error))) from None
     with _recorder(arguments.record, flight) as recorder:
         log = jobs.FlightLog(flight)   # from here on it counts the wall time
         for snapshot in _watched(jobs.fly(flight, scenario, duration, recorder),
                                  round(duration * 1e9 / flight.dt_ns), 'fly'):
             log.add(snapshot)
+    if arguments.save:
+        flight_file.save_state(flight, arguments.save)
     summary = log.summary(flight)
     deepest, bag = summary['deepest_stall'], arguments.record
     _print_rows(f'{model.aircraft.name}, {scenario.name}: {summary["flown_s"]:.2f} s flown in '
@@ -185,10 +196,11 @@ def _fly(arguments: argparse.Namespace) -> int:
          f'CL {deepest["CL"]:.2f}'),
         ('stalled at the end', f'{summary["stalled_strips_at_end"]} strips'),
         ('altitude lost', f'{summary["altitude_lost_m"]:.1f} m'),
-        *([('bag', bag)] if bag else [])))
+        *([('bag', bag)] if bag else []),
+        *([('saved', arguments.save)] if arguments.save else [])))
     _write_json(arguments.json, {
         **_head(arguments, model), 'scenario': scenario.name, 'airspeed_m_s': airspeed,
-        'altitude_m': altitude, 'wind_enu_m_s': arguments.wind.tolist(),
+        'altitude_m': altitude, 'wind_enu_m_s': swap_ned_enu(flight.wind_N).tolist(),
         'bag': str(bag) if bag else None, 'summary': summary, 'series': log.series})
     if flight.paused_reason:
         if flight.paused_reason.startswith('diverged'):

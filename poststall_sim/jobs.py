@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
+from poststall_sim import flight_file, topics
 from poststall_sim import polar as polars
-from poststall_sim import topics
 from poststall_sim import trim as trims
 from poststall_sim.aero.model import Model
 from poststall_sim.aero.solver import AeroResult
@@ -300,6 +300,17 @@ def require_controls(model: Model, scenario: Scenario) -> None:
         for _, value in channel.points:
             if complaint := _beyond(name, limits[name], value):
                 raise ConfigError(f'scenario {scenario.name}: {complaint}')
+
+
+def resumed(model: Model, path: Path, duration: float) -> Flight:
+    """Return the flight saved in a file, which must have some of its duration [s] left."""
+    flight = flight_file.load_state(model, path)
+    if flight.paused_reason:
+        raise ConfigError(f'{path}: the flight has ended, {flight.paused_reason}')
+    if flight.snapshot.time >= duration:
+        raise ConfigError(f'{path}: saved at {flight.snapshot.time:g} s, the flight ends at '
+                          f'{duration:g} s: give --duration')
+    return flight
 
 
 def fly(flight: Flight, scenario: Scenario, duration: float,

@@ -130,9 +130,14 @@ def _parser() -> argparse.ArgumentParser:
     fly.add_argument('--airspeed', type=_within(AIRSPEED), metavar='M/S',
                      help="at which it starts, trimmed; instead of the scenario's")
     fly.add_argument('--altitude', type=_within(HEIGHT), metavar='M', help='likewise')
-    fly.add_argument('--wind', type=_wind, default=np.zeros(3), metavar='E,N,U',
+    fly.add_argument('--wind', type=_wind, metavar='E,N,U',
                      help='velocity of the air, where it blows to: east, north, up [m/s], as '
                      "the node's wind.velocity")
+    fly.add_argument('--save', type=_output, metavar='FILE',
+                     help='write the flight as it ends, wake and all, to go on with later')
+    fly.add_argument('--resume', type=Path, metavar='FILE',
+                     help='go on from a saved flight, at its time in the scenario, instead of '
+                     'starting in trim')
 
     for sub in (polar, trim, fly):
         group = sub.add_argument_group('solver')

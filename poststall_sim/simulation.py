@@ -173,6 +173,24 @@ def _snapshot(model: Model, state: FlightState, aero: AeroResult, push: FloatArr
         iterations=aero.iterations, max_residual=aero.max_residual, status=status)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class SavedFlight:
+    """
+    A flight at one instant, all that `Flight.resumed` needs to go on from it.
+
+    first : where and how fast through the air it began; delta0 : its decambering there.
+    """
+
+    dt_ns: int
+    wind_N: FloatArray
+    trim: Controls
+    first: BodyState
+    delta0: FloatArray | None
+    state: FlightState
+    snapshot: Snapshot
+    paused_reason: str | None
+
+
 class Flight:
     """
     A model in flight: the present state, and the one it can go back to.
@@ -204,6 +222,26 @@ class Flight:
             delta0=self._delta0,
             time_ns=self.snapshot.time_ns if time_ns is None else time_ns)
         return self.snapshot
+
+    def saved(self) -> SavedFlight:
+        """Return the flight as it is now."""
+        return SavedFlight(
+            dt_ns=self.dt_ns, wind_N=self.wind_N.copy(), trim=self.trim, first=self._first,
+            delta0=self._delta0, state=self.state, snapshot=self.snapshot,
+            paused_reason=self.paused_reason)
+
+    @classmethod
+    def resumed(cls, model: Model, saved: SavedFlight) -> 'Flight':
+        """Return a flight that goes on from a saved instant with the model it was saved with."""
+        first = replace(saved.first, velocity_B=saved.first.velocity_B
+                        + rotation(saved.first.q_NB).T @ saved.wind_N)
+        flight = cls(model, first, saved.trim, dt_ns=saved.dt_ns, wind_N=saved.wind_N,
+                     delta0=saved.delta0)
+        # To the bit: what was added to the velocity and taken from it again is not.
+        flight._first = saved.first
+        flight.state, flight.snapshot = saved.state, saved.snapshot
+        flight.paused_reason = saved.paused_reason
+        return flight
 
     def step(self, controls: Controls) -> Snapshot:
         """Advance by one step and return what is measured; never raises."""

@@ -202,12 +202,11 @@ def test_attached_flow_goes_on_rising(tmp_path):
 
 
 def test_local_closure_and_its_options_reach_the_solver(tmp_path):
-    found = result(tmp_path, 'polar', '--alpha', '5', '--closure', 'local', '--panels', '6',
-                   '--ell', '0.5')
+    found = result(tmp_path, 'polar', '--alpha', '5', '--closure', 'local', '--panels', '6')
     assert (found['closure'], found['scheme']) == ('local', 'robust')
     assert found['settings'] == {
         'panels': 6, 'closure': 'local', 'strips': {'wing': 20, 'tail': 8, 'fin': 5},
-        'ell_chords': 0.5, 'decambering': True, 'angle_form': 'exact', 'damping': 1.0,
+        'ell_chords': 1.0, 'decambering': True, 'angle_form': 'exact', 'damping': 1.0,
         'symmetric': False, 'tolerance': models.Settings().tolerance,
         'limit': models.Settings().limit}
 

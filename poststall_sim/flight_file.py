@@ -1,0 +1,123 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A flight in a file, wake and all: written at one instant, gone on with later, bit for bit.
+
+The file is numpy's own (``.npz``, nothing pickled): one array for each field of a
+`simulation.SavedFlight`, named by its path (``state.flow.wake.circulation``), and beside them the
+format's number and what the flight was made with, so that it goes on with nothing else.
+"""
+
+import dataclasses
+import enum
+import hashlib
+import os
+import types
+import typing
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from poststall_sim.aero.model import Model
+from poststall_sim.aircraft import ConfigError
+from poststall_sim.simulation import Flight, SavedFlight
+
+FORMAT = 1
+"""Goes up with every change of what a flight remembers: an old file is refused, not guessed."""
+_FORMAT, _AIRCRAFT, _SETTINGS = 'format', 'aircraft', 'settings'
+
+
+def save_state(flight: Flight, path: Path) -> None:
+    """
+    Write a flight as it is now; an older file of that name is replaced at once or not at all.
+
+    Raises `ConfigError` where the file cannot be written.
+    """
+    arrays = dict(_arrays('', flight.saved()))
+    arrays |= {_FORMAT: np.array(FORMAT), _AIRCRAFT: np.array(_fingerprint(flight.model)),
+               _SETTINGS: np.array(repr(flight.model.settings))}
+    unfinished = path.with_name(path.name + '.part')
+    try:
+        with unfinished.open('wb') as file:
+            np.savez_compressed(file, **arrays)
+        os.replace(unfinished, path)
+    except OSError as error:
+        raise ConfigError(f'{path}: cannot be written: {error.strerror}') from None
+
+
+def load_state(model: Model, path: Path) -> Flight:
+    """
+    Return the flight in a file, ready to go on as if it had never stopped.
+
+    Raises `ConfigError` where the file is not one of a flight, of another format, or was
+    written with another aircraft or other settings than the model's.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {key: file[key] for key in file.files}
+    except FileNotFoundError:
+        raise ConfigError(f'there is no file {path}') from None
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile):
+        raise ConfigError(f'{path}: not the state of a flight') from None
+    if _FORMAT not in arrays:
+        raise ConfigError(f'{path}: not the state of a flight')
+    if arrays[_FORMAT] != FORMAT:
+        raise ConfigError(f'{path}: format {arrays[_FORMAT]}, expected {FORMAT}: it was written '
+                          'by another version')
+    if arrays[_AIRCRAFT] != _fingerprint(model):
+        raise ConfigError(f'{path}: written with another aircraft than {model.aircraft.name} is '
+                          'now')
+    if arrays[_SETTINGS] != repr(model.settings):
+        raise ConfigError(f'{path}: written with {arrays[_SETTINGS]}, not {model.settings!r}')
+    try:
+        saved = _value(SavedFlight, '', arrays)
+    except KeyError as error:
+        raise ConfigError(f'{path}: {error.args[0]} is missing') from None
+    return Flight.resumed(model, saved)
+
+
+def _fingerprint(model: Model) -> str:
+    """Return a hash of everything an aircraft is defined by."""
+    digest = hashlib.sha256()
+    for name, array in _arrays('', model.aircraft):
+        digest.update(f'{name} {array.dtype} {array.shape} '.encode())
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
+
+
+def _arrays(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield every field in a record, named by its path; None is left out."""
+    if dataclasses.is_dataclass(value):
+        for field in dataclasses.fields(value):
+            yield from _arrays(f'{name}.{field.name}'.lstrip('.'), getattr(value, field.name))
+    elif isinstance(value, tuple):
+        for i, each in enumerate(value):
+            yield from _arrays(f'{name}.{i}', each)
+    elif isinstance(value, enum.Enum):
+        yield name, np.array(value.name)
+    elif value is not None:
+        yield name, np.asarray(value)
+
+
+def _value(kind: Any, name: str, arrays: dict[str, np.ndarray]) -> Any:
+    """Return the value of a kind at a path; the inverse of `_arrays` for what flights have."""
+    if isinstance(kind, types.UnionType):     # X | None
+        kind = next(each for each in typing.get_args(kind) if each is not type(None))
+        if not any(key == name or key.startswith(name + '.') for key in arrays):
+            return None
+    if dataclasses.is_dataclass(kind):
+        hints = typing.get_type_hints(kind)
+        return kind(**{
+            field.name: _value(hints[field.name], f'{name}.{field.name}'.lstrip('.'), arrays)
+            for field in dataclasses.fields(kind)})
+    if name not in arrays:
+        raise KeyError(name)
+    array = arrays[name]
+    if isinstance(kind, type) and issubclass(kind, enum.Enum):
+        return kind[str(array)]
+    if kind in (int, float, str, bool):
+        return kind(array)
+    return array

@@ -1,0 +1,132 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""A flight written to a file and gone on with: the same to the bit, or refused in one line."""
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+import wings
+
+from poststall_sim import flight_file, simulation
+from poststall_sim.aero import model as models
+from poststall_sim.aero.model import Settings
+from poststall_sim.aircraft import ConfigError
+from poststall_sim.cli import main
+from poststall_sim.state import Controls
+
+WIND = np.array([3.0, -2.0, 0.5])
+
+
+@pytest.fixture(scope='module')
+def flown():
+    """Return a flight that has stalled: 60 steps of a pulled elevator in the wind."""
+    flight = simulation.start(wings.shipped_aircraft('trainer'), airspeed=15.0, altitude=300.0,
+                              wind_N=WIND)
+    pull(flight, 60)
+    return flight
+
+
+def pull(flight, steps):
+    """Fly on with the elevator moving, and return all that is measured at the end."""
+    for _ in range(steps):
+        deflections = flight.trim.deflections.copy()
+        deflections[1] -= math.radians(12.0 + 3.0 * math.sin(flight.snapshot.time))
+        flight.step(Controls(deflections, flight.trim.throttle))
+    return dict(flight_file._arrays('', flight.saved()))
+
+
+def test_flight_goes_on_from_its_file_to_the_bit(flown, tmp_path):
+    """Fifty steps on, every number of the state, the wake's and the snapshot's included."""
+    flight_file.save_state(flown, tmp_path / 'a.npz')
+    resumed = flight_file.load_state(flown.model, tmp_path / 'a.npz')
+    assert resumed is not flown and resumed.snapshot.time == flown.snapshot.time
+    here, there = pull(flown, 50), pull(resumed, 50)
+    assert here.keys() == there.keys() and len(here) > 40
+    for key, value in here.items():
+        assert np.array_equal(value, there[key]), key
+    # A reset leads to the same beginning as well.
+    flown.reset()
+    resumed.reset()
+    for key, value in dict(flight_file._arrays('', flown.saved())).items():
+        assert np.array_equal(value, dict(flight_file._arrays('', resumed.saved()))[key]), key
+
+
+def test_paused_flight_stays_paused(flown, tmp_path):
+    """Ground contact is remembered with its reason."""
+    saved = dataclasses.replace(flown.saved(), paused_reason='ground contact, tested')
+    flight = simulation.Flight.resumed(flown.model, saved)
+    flight_file.save_state(flight, tmp_path / 'p.npz')
+    again = flight_file.load_state(flown.model, tmp_path / 'p.npz')
+    assert again.paused_reason == 'ground contact, tested'
+    assert again.step(again.trim) is again.snapshot
+
+
+def test_file_is_replaced_whole_or_not_at_all(flown, tmp_path):
+    """Nothing half-written is left, and a folder that is not there is one line."""
+    path = tmp_path / 'a.npz'
+    for _ in range(2):
+        flight_file.save_state(flown, path)
+    assert [each.name for each in tmp_path.iterdir()] == ['a.npz']
+    with pytest.raises(ConfigError, match=r'b\.npz: cannot be written: No such file'):
+        flight_file.save_state(flown, tmp_path / 'none' / 'b.npz')
+
+
+def changed(path, **arrays):
+    """Write a file's arrays again with some of them exchanged, or left out with None."""
+    with np.load(path) as file:
+        kept = {key: file[key] for key in file.files} | arrays
+    np.savez(path, **{key: value for key, value in kept.items() if value is not None})
+
+
+def test_wrong_files_are_refused_in_one_line(flown, tmp_path):
+    """Another format, aircraft or setting; truncated; something else; a field missing."""
+    path = tmp_path / 'a.npz'
+
+    def refused(message, model=flown.model):
+        with pytest.raises(ConfigError, match=message) as caught:
+            flight_file.load_state(model, path)
+        assert '\n' not in str(caught.value)
+
+    refused('there is no file')
+    path.write_text('not a flight')
+    refused('not the state of a flight')
+    np.savez(path, a=1)
+    refused('not the state of a flight')
+    flight_file.save_state(flown, path)
+    whole = path.read_bytes()
+    path.write_bytes(whole[:len(whole) // 2])
+    refused('not the state of a flight')
+    path.write_bytes(whole)
+    changed(path, format=np.array(flight_file.FORMAT + 1))
+    refused(f'format {flight_file.FORMAT + 1}, expected {flight_file.FORMAT}')
+    path.write_bytes(whole)
+    changed(path, **{'state.body.q_NB': None})
+    refused('state.body.q_NB is missing')
+    path.write_bytes(whole)
+    aircraft = flown.model.aircraft
+    heavier = dataclasses.replace(
+        aircraft, mass=dataclasses.replace(aircraft.mass, mass=1.01 * aircraft.mass.mass))
+    refused('another aircraft', models.build(heavier, flown.model.settings))
+    refused('chordwise=4.*not .*chordwise=3', models.build(aircraft, Settings(chordwise=3)))
+
+
+def test_command_saves_and_resumes(tmp_path, capsys):
+    """Two halves of a scenario end where the whole does, to the bit."""
+    state, end = tmp_path / 'half.npz', {}
+    fly = ['fly', '--aircraft', 'trainer', '--wind', '2,1,0']
+    for name, arguments in (
+            ('whole', [*fly, '--duration', '2']),
+            ('first', [*fly, '--duration', '1', '--save', str(state)]),
+            ('second', [*fly[:3], '--duration', '2', '--resume', str(state)])):
+        assert main([*arguments, '--json', str(tmp_path / f'{name}.json')]) == 0
+        series = json.loads((tmp_path / f'{name}.json').read_text())['series']
+        end[name] = {key: values[-1] for key, values in series.items()}
+    assert end['second'] == end['whole'] != end['first']
+    assert main([*fly[:3], '--duration', '1', '--resume', str(state)]) == 2
+    assert main([*fly[:3], '--airspeed', '15', '--resume', str(state)]) == 2
+    said = capsys.readouterr().err
+    assert 'the flight ends at 1 s: give --duration' in said
+    assert '--airspeed has no effect with --resume' in said
