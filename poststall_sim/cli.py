@@ -274,6 +274,7 @@ def _settings(arguments: argparse.Namespace, ell: float | tuple[float, ...]):
     """Return the settings that the options ask for; refuse what would have no effect."""
     from poststall_sim.aero.decambering import AngleForm, Closure
     from poststall_sim.aero.schemes import Scheme, Start
+    from poststall_sim.aero.separation import Separation
     from poststall_sim.aircraft import ConfigError
     asked = vars(arguments)
     scheme, damping = asked.get('scheme'), asked.get('damping')
@@ -288,6 +289,10 @@ def _settings(arguments: argparse.Namespace, ell: float | tuple[float, ...]):
         raise ConfigError('--damping is for schemes A to D: give --scheme')
     if not by_scheme and start == 'schemeA1':
         raise ConfigError('--start schemeA1 is for schemes A to D: give --scheme')
+    for name, law in (('lag', 'lag'), ('relaxation', 'goman_khrabrov'),
+                      ('delay', 'goman_khrabrov')):
+        if asked.get(name) is not None and asked['separation'] != law:
+            raise ConfigError(f'--{name} is for --separation {law}')
     if arguments.no_decambering:
         idle = [name for name in ('closure', 'ell', 'scheme', 'damping', 'symmetric', 'tolerance',
                                   'limit', 'starts') if asked.get(name)]
@@ -295,7 +300,9 @@ def _settings(arguments: argparse.Namespace, ell: float | tuple[float, ...]):
             raise ConfigError(f'--{(idle or ["start"])[0]} has no effect with --no-decambering')
     given = {'chordwise': arguments.panels, 'damping': damping,
              'tolerance': asked.get('tolerance'), 'limit': asked.get('limit'),
-             'scheme': Scheme(scheme) if scheme else None}
+             'scheme': Scheme(scheme) if scheme else None,
+             'separation': Separation(asked['separation']) if asked.get('separation') else None,
+             **{name: asked.get(name) for name in ('lag', 'relaxation', 'delay')}}
     return models.Settings(
         closure=closure, ell=ell, decambering=not arguments.no_decambering,
         angle_form=AngleForm(asked.get('angle_form', 'exact')),

@@ -17,6 +17,8 @@ from typing import Any
 import numpy as np
 
 from poststall_sim import __version__
+from poststall_sim.aero import model as models
+from poststall_sim.aero.separation import Separation
 
 _NEGATIVE = re.compile(r'-[\d.]')
 _MOST_POINTS = 10_000
@@ -157,6 +159,8 @@ def _parser() -> argparse.ArgumentParser:
                            help='attached flow at any angle')
         if sub is polar:
             _add_study(group)
+        if sub is fly:
+            _add_separation(group)
 
     plot = command('plot', 'draw the figures of a flight from its bag',
                    'flight --output figures', None)
@@ -164,6 +168,18 @@ def _parser() -> argparse.ArgumentParser:
     plot.add_argument('--output', type=_folder, metavar='DIR',
                       help='where the figures go (default: BAG_figures beside the bag)')
     return parser
+
+
+def _add_separation(group) -> None:
+    """Add how separation follows the flow in time."""
+    group.add_argument('--separation', choices=tuple(law.value for law in Separation),
+                       help='at once (default), late with one time constant, or by the law of '
+                       'Goman and Khrabrov: dynamic stall')
+    for name, what in (('lag', 'time constant under lag'),
+                       ('relaxation', 'time in which it relaxes under goman_khrabrov'),
+                       ('delay', 'delay in a motion under goman_khrabrov')):
+        group.add_argument(f'--{name}', type=_number, metavar='CHORDS',
+                           help=f'{what} (default {getattr(models.DEFAULTS, name):g})')
 
 
 def _add_study(group) -> None:

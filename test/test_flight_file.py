@@ -38,6 +38,11 @@ def pull(flight, steps):
     return dict(flight_file._arrays('', flight.saved()))
 
 
+def same(first, second):
+    """Tell whether two arrays agree to the bit; NaN stands for `by the static curve`."""
+    return first.shape == second.shape and first.tobytes() == second.tobytes()
+
+
 def test_flight_goes_on_from_its_file_to_the_bit(flown, tmp_path):
     """Fifty steps on, every number of the state, the wake's and the snapshot's included."""
     flight_file.save_state(flown, tmp_path / 'a.npz')
@@ -46,12 +51,13 @@ def test_flight_goes_on_from_its_file_to_the_bit(flown, tmp_path):
     here, there = pull(flown, 50), pull(resumed, 50)
     assert here.keys() == there.keys() and len(here) > 40
     for key, value in here.items():
-        assert np.array_equal(value, there[key]), key
+        assert same(value, there[key]), key
     # A reset leads to the same beginning as well.
     flown.reset()
     resumed.reset()
+    again = dict(flight_file._arrays('', resumed.saved()))
     for key, value in dict(flight_file._arrays('', flown.saved())).items():
-        assert np.array_equal(value, dict(flight_file._arrays('', resumed.saved()))[key]), key
+        assert same(value, again[key]), key
 
 
 def test_paused_flight_stays_paused(flown, tmp_path):

@@ -123,10 +123,10 @@ def operating_points(delta, strips, operator, linear, alpha, circulation, speed)
 
         G = g0 + P + Q th,   alpha = G / (pi c U) - the
 
-    strips : (11, n) rows U, W, chord, f, alpha_0L plain, alpha_0L with flap, shift of the curve
-    by the flap, 1 where there is flow, cosine and sine of alpha_0L with flap less plain, speed;
-    operator : (n, 2 n + 1) columns P, Q, g0; alpha,
-    circulation, speed : (n,) filled.
+    strips : (12, n) rows U, W, chord, f, alpha_0L plain, alpha_0L with flap, shift of the curve
+    by the flap, 1 where there is flow, cosine and sine of alpha_0L with flap less plain, speed,
+    share of the attached lift or NaN for the static curve; operator : (n, 2 n + 1) columns P, Q,
+    g0; alpha, circulation, speed : (n,) filled.
     """
     n = delta.size
     turned = np.empty(2 * n)
@@ -201,6 +201,15 @@ def potential_angle(curve, alpha, linear):
 
 
 @njit(**EXACT)
+def separated_angle(share, angle):
+    """Return `potential_angle` of a section with a share of the attached lift 2 pi sin(angle)."""
+    ratio = share * math.sin(angle)
+    if abs(ratio) > 0.999:
+        ratio = math.copysign(0.999, ratio)
+    return math.asin(ratio), share * math.cos(angle) / math.sqrt(1.0 - ratio * ratio)
+
+
+@njit(**EXACT)
 def _larger(worst, value):
     """Return the larger of a maximum and |value|; NaN, once met, stays."""
     return worst if abs(value) <= worst or math.isnan(worst) else abs(value)
@@ -224,31 +233,46 @@ def faded_mean(strips, mean, weights):
 
 
 @njit(**SUM)
+def mean_angles(alpha, weights, mean):
+    """
+    Fill the spanwise means (n,) of the sections' angles alpha (n,) [rad].
+
+        mean_j = alpha_j + sum_k weights_jk (alpha_k - alpha_j)
+
+    weights (n, n) from `faded_mean`.
+    """
+    n = alpha.size
+    low = high = alpha[0]
+    for k in range(n):
+        low, high = min(low, alpha[k]), max(high, alpha[k])
+    for j in range(n):
+        total = 0.0
+        if high - low < math.pi:
+            for k in range(n):
+                total += weights[j, k] * alpha[k]
+        else:     # a difference may cross +-180 deg
+            total = alpha[j]
+            for k in range(n):
+                total += weights[j, k] * wrap(alpha[k] - alpha[j])
+        mean[j] = total
+
+
+@njit(**SUM)
 def nonlocal_residual(delta, strips, linear, curves, polar_index, weights, alpha, residual,
                       change):
     """
     Fill the residual of the non-local closure and the section decambering's slope; return max |F|.
 
-        F_j = delta_j - D_j(abar_j),   abar_j = alpha_j + sum_k weights_jk (alpha_k - alpha_j)
+        F_j = delta_j - D_j(abar_j),   abar from `mean_angles`
         D(a) = asin(cl(a + shift) / 2 pi) - (a - alpha_0L),  linear: cl / 2 pi for the asin
 
-    weights (n, n) from `faded_mean`; alpha (n,) from `operating_points`; residual (n,) F and
-    change (n,) dD/da filled. Strips without flow are left out: they keep their decambering.
+    With row 11 of strips a number, D is that of a section with this share of its attached lift,
+    see `separation`. weights (n, n) from `faded_mean`; alpha (n,) from `operating_points`;
+    residual (n,) F and change (n,) dD/da filled. Strips without flow are left out: they keep
+    their decambering.
     """
     n = delta.size
-    low = high = alpha[0]
-    for k in range(n):
-        low, high = min(low, alpha[k]), max(high, alpha[k])
-    for j in range(n):
-        mean = 0.0
-        if high - low < math.pi:
-            for k in range(n):
-                mean += weights[j, k] * alpha[k]
-        else:     # a difference may cross +-180 deg
-            mean = alpha[j]
-            for k in range(n):
-                mean += weights[j, k] * wrap(alpha[k] - alpha[j])
-        residual[j] = mean
+    mean_angles(alpha, weights, residual)
     worst = 0.0
     for j in range(n):
         if strips[7, j] == 0.0:
@@ -256,7 +280,10 @@ def nonlocal_residual(delta, strips, linear, curves, polar_index, weights, alpha
             change[j] = 0.0
             continue
         mean = residual[j]
-        phi, rate = potential_angle(curves[polar_index[j]], mean + strips[6, j], linear)
+        if math.isnan(strips[11, j]):
+            phi, rate = potential_angle(curves[polar_index[j]], mean + strips[6, j], linear)
+        else:
+            phi, rate = separated_angle(strips[11, j], mean - strips[5, j])
         residual[j] = wrap(delta[j] - phi + mean - strips[5, j])
         change[j] = rate - 1.0
         worst = _larger(worst, residual[j])

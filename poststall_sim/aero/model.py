@@ -14,6 +14,7 @@ from poststall_sim.aero.decambering import AngleForm, Closure, averaging
 from poststall_sim.aero.kernels import ring_influence
 from poststall_sim.aero.lattice import Lattice
 from poststall_sim.aero.schemes import Scheme, Start
+from poststall_sim.aero.separation import Separation
 from poststall_sim.aircraft import Aircraft, ConfigError
 from poststall_sim.frames import FloatArray, geometry_to_body
 
@@ -32,7 +33,9 @@ class Settings:
     closure; symmetric : its schemes A to D move mirrored strips alike; tolerance on the
     closure's residual [rad] ([-] for the local one); limit on its iterations; coarsen : rows of
     the wake far from their trailing edge evaluated in groups; unsteady False: no wake history,
-    no added mass, loads of the steady lattice.
+    no added mass, loads of the steady lattice; separation : how it follows the flow in time,
+    lag [chords] its time constant under LAG, relaxation and delay [chords] tau_1 and tau_2 under
+    GOMAN_KHRABROV, of the size identified for airfoils there.
     """
 
     chordwise: int = 4
@@ -49,6 +52,10 @@ class Settings:
     limit: int = 200
     coarsen: bool = True
     unsteady: bool = True
+    separation: Separation = Separation.QUASI_STEADY
+    lag: float = 3.0
+    relaxation: float = 0.5
+    delay: float = 4.5
 
     def __post_init__(self) -> None:
         """Refuse what cannot be computed."""
@@ -63,6 +70,14 @@ class Settings:
             raise ConfigError(f'damping must be above 0 and at most 1, got {self.damping!r}')
         if self.unsteady and self.angle_form is AngleForm.LINEAR:
             raise ConfigError('the linear angle form is for steady flow: set unsteady to False')
+        if self.separation is not Separation.QUASI_STEADY and not (
+                self.unsteady and self.decambering and self.closure is Closure.NONLOCAL):
+            raise ConfigError(f'separation {self.separation.value} is for unsteady flow with the '
+                              'non-local closure and decambering')
+        for name, low in (('lag', 1e-3), ('relaxation', 1e-3), ('delay', 0.0)):
+            if not low <= getattr(self, name) <= 100.0:
+                raise ConfigError(
+                    f'{name} must be {low:g} to 100 chords, got {getattr(self, name)!r}')
         if not 0.0 < self.tolerance <= 0.1:
             raise ConfigError(f'tolerance must be above 0 and at most 0.1, got '
                               f'{self.tolerance!r}')

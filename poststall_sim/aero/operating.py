@@ -3,7 +3,7 @@
 """From an onset to the operating points of all strips: boundary, operator, decambering."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
@@ -42,7 +42,7 @@ class Boundary:
     """
     The onset at the lattice with controls set.
 
-    level, turned (p,) : w = level cos th + turned sin th; strips (11, n) : see
+    level, turned (p,) : w = level cos th + turned sin th; strips (12, n) : see
     `operating_points`; fade (n,).
     """
 
@@ -65,7 +65,7 @@ def boundary_condition(model: Model, onset: Onset, deflections: FloatArray) -> B
     turn = deflections @ lattice.flap_angle
     shift = deflections @ lattice.flap_shift
     cosine, sine = np.cos(turn), np.sin(turn)
-    strips = np.empty((11, lattice.strips))
+    strips = np.empty((12, lattice.strips))
     at_strips = onset.at(model.quarter_arm)
     strips[0] = np.einsum('ij,ij->i', at_strips, lattice.chord_axis)
     strips[1] = np.einsum('ij,ij->i', at_strips, lattice.strip_normal)
@@ -79,6 +79,7 @@ def boundary_condition(model: Model, onset: Onset, deflections: FloatArray) -> B
     strips[6] = shift
     strips[8], strips[9] = np.cos(-shift), np.sin(-shift)
     strips[10] = np.maximum(speed, 1e-12)
+    strips[11] = math.nan
     airspeed = float(np.linalg.norm(onset.velocity_G))
     strips[7] = speed > SLOWEST_SHARE * max(airspeed, SLOWEST_SPEED)
     if model.settings.angle_form is AngleForm.LINEAR:
@@ -164,6 +165,20 @@ def decamber(model: Model, boundary: Boundary, operator: FloatArray,
     return Operating(delta, *found, iterations, history[:iterations + 1])
 
 
+def lagging(model: Model, boundary: Boundary, operator: FloatArray, solved: Operating,
+            before: FloatArray, chords: FloatArray) -> Operating:
+    """
+    Return the operating points on the way from a decambering (n,) to the one solved for.
+
+    chords (n,) : travelled since. Residual and iterations are those of the solution.
+    """
+    gone = 1.0 - np.exp(-chords / model.settings.lag)
+    delta = before + gone * ((solved.delta - before + math.pi) % TWO_PI - math.pi)
+    alpha, circulation, speed = (np.empty_like(delta) for _ in range(3))
+    operating_points(delta, boundary.strips, operator, False, alpha, circulation, speed)
+    return replace(solved, delta=delta, alpha=alpha, circulation=circulation, speed=speed)
+
+
 def _keep_better(first: list[FloatArray], second: tuple[FloatArray, ...]) -> None:
     """Put the first iterate back into the second's arrays if its residual, the last, is less."""
     if not np.abs(second[-1]).max() <= np.abs(first[-1]).max():
@@ -211,7 +226,7 @@ class SteadyProblem:
     """
     The decambering of one steady onset, before it is solved.
 
-    strips (11, n), operator (n, 2 n + 1) : see `operating_points`; factors : of the steady matrix;
+    strips (12, n), operator (n, 2 n + 1) : see `operating_points`; factors : of the steady matrix;
     direction (3,) of the straight wake.
     """
 

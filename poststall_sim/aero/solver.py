@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import lu_solve
 
-from poststall_sim.aero import loads
+from poststall_sim.aero import loads, separation
 from poststall_sim.aero import wake as wakes
 from poststall_sim.aero.model import (
     Model,
@@ -33,12 +33,14 @@ from poststall_sim.aero.operating import (
     Operating,
     boundary_condition,
     decamber,
+    lagging,
     lattice_operator,
     normalwash,
     steady_problem,
     with_strip_theory,
 )
 from poststall_sim.aero.polars import sections
+from poststall_sim.aero.separation import Separation
 from poststall_sim.aero.wake import Placement, Wake
 from poststall_sim.frames import FloatArray
 from poststall_sim.state import Status, Strips
@@ -54,7 +56,8 @@ class FlowState:
 
     circulation, previous : (p,) of this step and the one before; bare, previous_bare : (p,) those
     of the undeflected lattice without a wake; shed : (n,) what the trailing edges leave to the
-    next row; delta : (n,) [rad]; steps : since the start, the order of dG/dt builds up with it.
+    next row; delta : (n,) [rad]; share, mean, angle : (n,) see `separation.relaxed`; steps :
+    since the start, the order of dG/dt builds up with it.
     """
 
     wake: Wake
@@ -64,6 +67,9 @@ class FlowState:
     previous_bare: FloatArray
     shed: FloatArray
     delta: FloatArray
+    share: FloatArray
+    mean: FloatArray
+    angle: FloatArray
     response: StripResponse
     steps: int
 
@@ -179,9 +185,12 @@ def start(model: Model, onset: Onset, placement: Placement, deflections: FloatAr
     direction = wake_direction(onset.velocity_G)
     strength = np.zeros(lattice.strips) if at_rest else shed
     wake = wakes.straight(lattice, placement, step * direction, rows, strength)
+    mean = separation.mean_angle(boundary.strips, model.mean, result.strips.alpha)
     return FlowState(
         wake=wake, circulation=result.circulation, previous=result.circulation, bare=bare,
         previous_bare=bare, shed=strength, delta=result.strips.delta,
+        share=np.full(lattice.strips, math.nan), mean=mean,
+        angle=separation.geometric_angle(boundary.strips),
         response=own_response(model, direction), steps=0 if at_rest else 2), result
 
 
@@ -215,7 +224,14 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
     boundary = boundary_condition(model, onset, deflections)
     wash = model.crossing @ flow.circulation + np.einsum('ij,ij->i', foreign, lattice.normal)
     operator = lattice_operator(model, boundary, response.response, wash)
+    if settings.separation is Separation.GOMAN_KHRABROV:
+        boundary.strips[11] = separation.relaxed(
+            flow.share, boundary.strips, flow.mean, flow.angle, lattice.curves,
+            lattice.polar_index, dt, (settings.relaxation, settings.delay))
     operating = decamber(model, boundary, operator, flow.delta, NO_PATH)
+    if settings.separation is Separation.LAG:
+        operating = lagging(model, boundary, operator, operating, flow.delta,
+                            boundary.strips[10] * dt / lattice.strip_chord)
 
     wash = normalwash(model, boundary, operating.delta) \
         + np.einsum('ij,ij->i', everything, lattice.normal)
@@ -234,6 +250,9 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
     return FlowState(
         wake=wake, circulation=circulation, previous=flow.circulation, bare=bare,
         previous_bare=flow.bare, shed=boundary.fade * at_te, delta=operating.delta,
+        share=boundary.strips[11],
+        mean=separation.mean_angle(boundary.strips, model.mean, operating.alpha),
+        angle=separation.geometric_angle(boundary.strips),
         response=response, steps=flow.steps + 1), result
 
 

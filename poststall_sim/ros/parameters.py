@@ -20,6 +20,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from poststall_sim.aero import model as models
+from poststall_sim.aero.separation import Separation
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.topics import Rate
 
@@ -122,6 +123,19 @@ class SimulatorSettings:
     decambering_tolerance: float = entry(
         'decambering.tolerance', _AERO.tolerance, 'Residual at which the iteration ends [rad]',
         low=1e-12, high=0.1)
+    separation: str = entry(
+        'separation.law', _AERO.separation.value, 'How separation follows the flow in time: at '
+        'once, late with one time constant, or by the law of Goman and Khrabrov',
+        choices=tuple(law.value for law in Separation))
+    separation_lag: float = entry(
+        'separation.lag', _AERO.lag, 'Time constant under lag [chords travelled]',
+        low=1e-3, high=100.0)
+    separation_relaxation: float = entry(
+        'separation.relaxation', _AERO.relaxation, 'Time in which separation relaxes under '
+        'goman_khrabrov [chords travelled]', low=1e-3, high=100.0)
+    separation_delay: float = entry(
+        'separation.delay', _AERO.delay, 'Delay of separation in a motion under goman_khrabrov '
+        '[chords travelled]', low=0.0, high=100.0)
 
     @property
     def base_frame(self) -> str:

@@ -18,6 +18,7 @@ from std_srvs.srv import SetBool, Trigger
 from poststall_sim import definition, simulation, topics
 from poststall_sim.aero.decambering import Closure
 from poststall_sim.aero.model import Settings
+from poststall_sim.aero.separation import Separation
 from poststall_sim.frames import swap_ned_enu
 from poststall_sim.ros import messages, parameters, process
 from poststall_sim.ros.commands import CommandDesk, OnTimeout, Source
@@ -42,6 +43,8 @@ def flight_from_settings(settings: SimulatorSettings, progress) -> simulation.Fl
             wake_length=settings.uvlm_wake_length or None,
             closure=Closure[settings.decambering_closure.upper()],
             ell=settings.decambering_ell, tolerance=settings.decambering_tolerance,
+            separation=Separation(settings.separation), lag=settings.separation_lag,
+            relaxation=settings.separation_relaxation, delay=settings.separation_delay,
             decambering=settings.decambering_enabled),
         airspeed=settings.initial_airspeed, altitude=settings.initial_altitude,
         wind_N=swap_ned_enu(np.array(settings.wind_velocity)),
