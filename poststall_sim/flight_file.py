@@ -4,7 +4,7 @@
 A flight in a file, wake and all: written at one instant, gone on with later, bit for bit.
 
 The file is numpy's own (``.npz``, nothing pickled): one array for each field of a
-`simulation.SavedFlight`, named by its path (``state.flow.wake.circulation``), and beside them the
+`simulation.SavedFlight`, named by its path (``state.flow.wake.drift_N``), and beside them the
 format's number and what the flight was made with, so that it goes on with nothing else.
 """
 
@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from poststall_sim.aero.history import History
 from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.simulation import Flight, SavedFlight
@@ -96,6 +97,8 @@ def _arrays(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
     elif isinstance(value, tuple):
         for i, each in enumerate(value):
             yield from _arrays(f'{name}.{i}', each)
+    elif isinstance(value, History):
+        yield from _arrays(name, (value.nodes[value.first:], value.rings[value.first:]))
     elif isinstance(value, enum.Enum):
         yield name, np.array(value.name)
     elif value is not None:
@@ -113,6 +116,8 @@ def _value(kind: Any, name: str, arrays: dict[str, np.ndarray]) -> Any:
         return kind(**{
             field.name: _value(hints[field.name], f'{name}.{field.name}'.lstrip('.'), arrays)
             for field in dataclasses.fields(kind)})
+    if kind is History:
+        return History(*(_value(np.ndarray, f'{name}.{i}', arrays) for i in range(2)))
     if name not in arrays:
         raise KeyError(name)
     array = arrays[name]

@@ -225,9 +225,10 @@ class Flight:
 
     def saved(self) -> SavedFlight:
         """Return the flight as it is now."""
+        flow = replace(self.state.flow, wake=self.state.flow.wake.alone())
         return SavedFlight(
             dt_ns=self.dt_ns, wind_N=self.wind_N.copy(), trim=self.trim, first=self._first,
-            delta0=self._delta0, state=self.state, snapshot=self.snapshot,
+            delta0=self._delta0, state=replace(self.state, flow=flow), snapshot=self.snapshot,
             paused_reason=self.paused_reason)
 
     @classmethod

@@ -37,7 +37,7 @@ def steadily(air):
 def chord(rows, wake_length):
     """Return the model of a plate of chord 1 in two dimensions, every wake row by itself."""
     return build(wings.rectangular(LONG, 1), Settings(
-        chordwise=rows, wake_length=wake_length, coarsen=False))
+        chordwise=rows, wake_length=wake_length, **wings.EXACTLY))
 
 
 def test_lift_after_a_sudden_start_is_that_of_wagner():
@@ -110,7 +110,7 @@ def test_body_gathering_speed_across_its_wings_feels_its_added_mass():
     (4, [0.309, 0.317, 0.325, 0.328, 0.330]), (8, [0.364, 0.382, 0.400, 0.408, 0.413])])
 def test_impulsive_start_of_finite_wings(ratio, published):
     """Katz & Plotkin's case: 5 deg, 4 x 13 panels, V dt = c/16; another lattice's figures."""
-    model = build(wings.rectangular(ratio, 13), Settings(wake_length=12.0, coarsen=False))
+    model = build(wings.rectangular(ratio, 13), Settings(wake_length=12.0, **wings.EXACTLY))
     alpha = math.radians(5.0)
     force = loads(model, steadily(wings.onset(1.0, alpha)), 1.0 / 16.0, 9 * 16, 1.0, at_rest=True)
     lift = force[:, 2] * math.cos(alpha) - force[:, 0] * math.sin(alpha)
@@ -125,7 +125,7 @@ def test_march_from_the_steady_wake_stays_where_it_starts():
             (wings.rectangular(8, 12), 1.0, 1e-9, 1e-9),
             # The tail's force, at 7.25 chords from the centre of gravity.
             (wings.wing_tail(), 40.0, 1e-5, 1e-5 * 7.25)):
-        model = build(machine, Settings(tolerance=1e-9))
+        model = build(machine, Settings(tolerance=1e-9, **wings.EXACTLY))
         for alpha in (0.07, 0.35):
             march = loads(model, steadily(wings.onset(speed, alpha)), 0.25 / speed, 40, speed)
             change = np.abs(march - march[0]).max(axis=0)
@@ -141,7 +141,7 @@ def in_plane(points, rings, circulation):
 
 def test_circulation_of_wing_and_wake_is_conserved():
     """Kelvin: none around both; around the wing and k rows, that of the row that is cut."""
-    model = build(wings.rectangular(4, 5), Settings(wake_length=6.0, coarsen=False))
+    model = build(wings.rectangular(4, 5), Settings(wake_length=6.0, **wings.EXACTLY))
 
     def air(t):   # incidence comes and goes, so that every row is different
         return wings.onset(1.0, 0.1 * math.sin(2.0 * t))
@@ -179,7 +179,8 @@ def stalled(t):
 
 def test_moving_body_in_still_air_is_a_body_at_rest_in_the_wind():
     """Galileo: only motion through the air counts, in whatever frame, to 1e-10."""
-    model, air = build(wings.wing_tail()), wings.onset(40.0, 0.3, 0.05)
+    model = build(wings.wing_tail(), Settings(**wings.EXACTLY))
+    air = wings.onset(40.0, 0.3, 0.05)
     still = loads(model, steadily(air), 0.25 / 40.0, 50, 40.0, at_rest=True)
     tunnel = wings.LEVEL @ air.velocity_G
     for wind in (tunnel, np.array([7.0, -30.0, 3.0])):
@@ -189,7 +190,7 @@ def test_moving_body_in_still_air_is_a_body_at_rest_in_the_wind():
 
 def test_heading_and_attitude_do_not_matter_without_gravity():
     """The same flight seen from axes turned by any rotation: the same loads."""
-    model = build(wings.wing_tail(), Settings(tolerance=1e-9))
+    model = build(wings.wing_tail(), Settings(tolerance=1e-9, **wings.EXACTLY))
     turned = rotation(quaternion_from_euler(0.5, -1.0, 2.0)) @ wings.LEVEL
     straight = loads(model, stalled, 0.25 / 40.0, 40, 40.0, at_rest=True)
     other = loads(model, stalled, 0.25 / 40.0, 40, 40.0, at_rest=True,
@@ -201,7 +202,7 @@ def test_heading_and_attitude_do_not_matter_without_gravity():
 
 def test_mirrored_march_has_mirrored_loads():
     """Sideslip, roll, yaw, aileron and rudder change sign, on the trainer through its stall."""
-    model = build(wings.shipped_aircraft('trainer'), Settings(tolerance=1e-9))
+    model = build(wings.shipped_aircraft('trainer'), Settings(tolerance=1e-9, **wings.EXACTLY))
 
     def run(side):
         return loads(
@@ -227,21 +228,6 @@ def test_slow_steady_roll_marches_to_the_damping_of_the_straight_wake():
     # 1 %: of a wake twenty chords long that has not seen the first of them.
     assert rolling[-1] == pytest.approx(rolling[0], rel=0.01)
     assert rolling[0] * rate > 0.0   # about x aft: against right wing down
-
-
-def test_coarsened_wake_costs_a_thousandth_of_the_lift():
-    """Rows in groups beyond sixteen, in pitching of 0.4 rad and sideslip through stall."""
-    march = [loads(build(wings.wing_tail(), Settings(coarsen=coarsen)), stalled, 0.25 / 40.0, 120,
-                   40.0) for coarsen in (False, True)]
-    error = np.abs(march[1] - march[0]).max(axis=0)
-    size = np.ptp(march[0], axis=0)
-    assert error[2] < 2e-3 * size[2]
-    # The tail, at seven chords, flies through the first of the doubled rows.
-    assert error[4] < 1e-2 * size[4]
-    assert np.array_equal(wake.ladder(20), [*range(17), 18, 20])
-    for rows in (1, 16, 17, 100, 333):
-        marks = wake.ladder(rows)
-        assert marks[0] == 0 and marks[-1] == rows and np.all(np.diff(marks) > 0)
 
 
 def test_body_at_rest_piles_up_no_rows_and_feels_nothing():

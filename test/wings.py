@@ -17,6 +17,7 @@ from poststall_sim import definition
 from poststall_sim.aero import model as models
 from poststall_sim.aero import solver
 from poststall_sim.aero.wake import Placement
+from poststall_sim.aero.wash import Precision
 from poststall_sim.aircraft import (
     Aircraft,
     Airfoil,
@@ -31,6 +32,8 @@ from poststall_sim.frames import body_to_geometry, velocity_from_flow_angles
 
 CONFIG = Path(__file__).resolve().parents[1] / 'config'
 DENSITY = 1.225
+EXACTLY = {'precision': Precision.FLOAT64, 'coarsen': False, 'interpolate': False}
+"""Settings for every row of the wake at every point in float64."""
 LEVEL = np.diag([-1.0, 1.0, -1.0])
 """Rotation from geometry axes to N of a body whose x axis points north, level."""
 

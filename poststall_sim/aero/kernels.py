@@ -14,7 +14,8 @@ and its own wake the core is a mere guard against 0/0, so that the bound trailin
 fresh wake row cancel.
 
 Arrays only, in one set of axes, in metres. All functions are compiled, one thread, without the
-interpreter's lock.
+interpreter's lock. `grid_velocity` works in the float type of the nodes it is given: a constant
+without a type would lift the whole loop to float64, silently and at half the speed.
 """
 
 import math
@@ -23,6 +24,7 @@ import numpy as np
 from numba import njit
 
 _FOUR_PI = 4.0 * math.pi
+_PER_FOUR_PI = 1.0 / _FOUR_PI
 
 # Sums vectorise only under fastmath, which assumes finite numbers: callers check their input.
 _STREAM = {'cache': True, 'nogil': True, 'fastmath': True, 'error_model': 'numpy'}
@@ -85,7 +87,8 @@ def grid_edges(nodes, ring, out):
     Fill `out` with what `grid_velocity` wants of a grid of rings, each edge once.
 
     nodes : (rows + 1, columns + 1, 3); ring : (rows, columns) circulation; out : (7, (rows + 1)
-    (columns + 1)) rows x, y, z, span, stream, half_span, half_stream, overwritten.
+    (columns + 1)) rows x, y, z, span, stream, half_span, half_stream, overwritten, of the float
+    type that is wanted there. Lengths of edges are taken before they are rounded to it.
     """
     rows, width = nodes.shape[0], nodes.shape[1]
     out[3:] = 0.0
@@ -118,10 +121,12 @@ def grid_velocity(x, y, z, span, stream, half_span, half_stream, width, core, po
     edge from each node to the next one in its row and in the next row, each edge once, and
     half_span, half_stream : |edge|^2 / 2 of the same. The circulation of the edge that leaves a
     row at its last node is zero, so that one unbroken loop over nodes serves both edges.
-    core [m]; points : (n, 3); out : (n, 3), overwritten.
+    core [m]; points : (n, 3); out : (n, 3), overwritten. Arrays but for `out` are of one type.
     """
     total = x.size
-    core2 = core * core
+    real = x.dtype.type
+    core2 = real(core * core)
+    one, factor = real(1.0), real(_PER_FOUR_PI)
     rows = total // width
     block = max(1, _BLOCK // width)
     rx = np.empty((block + 1) * width, x.dtype)
@@ -130,7 +135,7 @@ def grid_velocity(x, y, z, span, stream, half_span, half_stream, width, core, po
     rn = np.empty_like(rx)
     for p in range(points.shape[0]):
         px, py, pz = points[p, 0], points[p, 1], points[p, 2]
-        u = v = w = 0.0
+        u = v = w = real(0.0)
         row = 0
         while row < rows:
             count = min(block, rows - row)
@@ -154,7 +159,7 @@ def grid_velocity(x, y, z, span, stream, half_span, half_stream, width, core, po
                 m2 = n * bn[k]
                 d1 = m1 * (m1 + a * ax[k] + b * ay[k] + c * az[k]) + core2 * es[k]
                 d2 = m2 * (m2 + a * bx[k] + b * by[k] + c * bz[k]) + core2 * ec[k]
-                inverse = 1.0 / (d1 * d2)
+                inverse = one / (d1 * d2)
                 k1 = gs[k] * (n + an[k]) * d2 * inverse
                 k2 = gc[k] * (n + bn[k]) * d1 * inverse
                 # The two edges share r1: one cross product serves both.
@@ -174,6 +179,6 @@ def grid_velocity(x, y, z, span, stream, half_span, half_stream, width, core, po
                     v += k1 * (c * rx[k + 1] - a * rz[k + 1])
                     w += k1 * (a * ry[k + 1] - b * rx[k + 1])
             row += count
-        out[p, 0] = u / _FOUR_PI
-        out[p, 1] = v / _FOUR_PI
-        out[p, 2] = w / _FOUR_PI
+        out[p, 0] = factor * u
+        out[p, 1] = factor * v
+        out[p, 2] = factor * w

@@ -15,6 +15,7 @@ from poststall_sim.aero.kernels import ring_influence
 from poststall_sim.aero.lattice import Lattice
 from poststall_sim.aero.schemes import Scheme, Start
 from poststall_sim.aero.separation import Separation
+from poststall_sim.aero.wash import Felt, Precision, felt
 from poststall_sim.aircraft import Aircraft, ConfigError
 from poststall_sim.frames import FloatArray, geometry_to_body
 
@@ -31,11 +32,12 @@ class Settings:
     chords; decambering False: attached flow at any angle; ell : averaging length of the
     non-local closure [chords], one or one a surface; scheme, damping, start : of the local
     closure; symmetric : its schemes A to D move mirrored strips alike; tolerance on the
-    closure's residual [rad] ([-] for the local one); limit on its iterations; coarsen : rows of
-    the wake far from their trailing edge evaluated in groups; unsteady False: no wake history,
-    no added mass, loads of the steady lattice; separation : how it follows the flow in time,
-    lag [chords] its time constant under LAG, relaxation and delay [chords] tau_1 and tau_2 under
-    GOMAN_KHRABROV, of the size identified for airfoils there.
+    closure's residual [rad] ([-] for the local one); limit on its iterations; precision of the
+    wake's velocity; coarsen : rows of the wake are taken together where they are far, interpolate
+    : and their velocity is computed at few points there, see `wash`; unsteady False: no wake
+    history, no added mass, loads of the steady lattice; separation : how it follows the flow in
+    time, lag [chords] its time constant under LAG, relaxation and delay [chords] tau_1 and tau_2
+    under GOMAN_KHRABROV, of the size identified for airfoils there.
     """
 
     chordwise: int = 4
@@ -50,7 +52,9 @@ class Settings:
     symmetric: bool = False
     tolerance: float = 1e-5
     limit: int = 200
+    precision: Precision = Precision.FLOAT32
     coarsen: bool = True
+    interpolate: bool = True
     unsteady: bool = True
     separation: Separation = Separation.QUASI_STEADY
     lag: float = 3.0
@@ -95,8 +99,8 @@ class Model:
 
     bound (p, p) : normalwash of unit rings on collocation points; bound_inverse; crossing (p, p)
     the same between different surfaces only; edge_influence (3 s, p) : velocity of unit rings at
-    the edges' middles; wake_points : per surface, its collocation points and then its edges'
-    middles, where the wake is felt; mean (n, n) : see `averaging`; added_mass (6, 6) : in B
+    the edges' middles; felt : where the wake is; mean (n, n) : see `averaging`; added_mass (6,
+    6) : in B
     about the centre of gravity, per unit density; te_rows (n, p) picks trailing-edge rings;
     trajectory (n,) by scheme : d cl / d delta [1/rad] along which schemes A to D move a strip;
     the arms of collocation points, edges and quarter chords are from the centre of gravity.
@@ -113,7 +117,7 @@ class Model:
     added_mass: FloatArray
     te_rows: FloatArray
     trajectory: dict[Scheme, FloatArray]
-    wake_points: tuple[FloatArray, ...]
+    felt: Felt
     collocation_arm: FloatArray
     edge_arm: FloatArray
     quarter_arm: FloatArray
@@ -181,9 +185,6 @@ def build(aircraft: Aircraft, settings: Settings = DEFAULTS) -> Model:
         'quarter_arm': lattice.quarter_chord - cg}
     for array in arrays.values():
         array.setflags(write=False)
-    wake_points = tuple(
-        np.concatenate([lattice.collocation[g.panels], lattice.edge_middle[g.edges]])
-        for g in lattice.grids)
     aft = np.array([1.0, 0.0, 0.0])
     response = steady_response(bound, far_normalwash(lattice, aft), te_rows)
     parts = superposition.loadings(
@@ -194,7 +195,8 @@ def build(aircraft: Aircraft, settings: Settings = DEFAULTS) -> Model:
         Scheme.A: plate, Scheme.B: single, Scheme.C: plate,
         # The floor keeps a strip in strong downwash from moving off at once.
         Scheme.D: np.maximum(together, 0.3 * plate)}
-    return Model(aircraft=aircraft, lattice=lattice, settings=settings, wake_points=wake_points,
+    return Model(aircraft=aircraft, lattice=lattice, settings=settings,
+                 felt=felt(lattice, settings.precision, settings.interpolate),
                  trajectory=trajectory, **arrays)
 
 

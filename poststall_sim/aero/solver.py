@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import lu_solve
 
-from poststall_sim.aero import loads, separation
+from poststall_sim.aero import loads, separation, wash
 from poststall_sim.aero import wake as wakes
 from poststall_sim.aero.model import (
     Model,
@@ -209,21 +209,18 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
         return replace(flow, circulation=result.circulation, previous=flow.circulation,
                        delta=result.strips.delta, steps=flow.steps + 1), result
     wake = wakes.shed(flow.wake, lattice, placement, flow.shed, drift_N)
-    rows = len(wake.circulation)
-    marks = wakes.ladder(rows) if settings.coarsen else np.arange(rows + 1)
-    own, other = wakes.velocity(wake, lattice, placement, marks, model.wake_points)
-    sizes = [g.panels.stop - g.panels.start for g in lattice.grids]
-    foreign = np.concatenate([u[:k] for u, k in zip(other, sizes)])
-    everything = np.concatenate([u[:k] + v[:k] for u, v, k in zip(own, other, sizes)])
-    at_edges = np.concatenate([u[k:] + v[k:] for u, v, k in zip(own, other, sizes)])
+    induced, _ = wash.velocity(wake, lattice, model.felt, placement, settings.coarsen)
+    foreign = induced[model.felt.panel, 3:]
+    everything = induced[model.felt.panel, :3] + foreign
+    at_edges = induced[model.felt.edge, :3] + induced[model.felt.edge, 3:]
 
     response = flow.response
     direction = wake_direction(onset.velocity_G)
     if direction @ response.direction < math.cos(REFRESH_ANGLE):
         response = own_response(model, direction)
     boundary = boundary_condition(model, onset, deflections)
-    wash = model.crossing @ flow.circulation + np.einsum('ij,ij->i', foreign, lattice.normal)
-    operator = lattice_operator(model, boundary, response.response, wash)
+    crossing = model.crossing @ flow.circulation + np.einsum('ij,ij->i', foreign, lattice.normal)
+    operator = lattice_operator(model, boundary, response.response, crossing)
     if settings.separation is Separation.GOMAN_KHRABROV:
         boundary.strips[11] = separation.relaxed(
             flow.share, boundary.strips, flow.mean, flow.angle, lattice.curves,
@@ -233,10 +230,10 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
         operating = lagging(model, boundary, operator, operating, flow.delta,
                             boundary.strips[10] * dt / lattice.strip_chord)
 
-    wash = normalwash(model, boundary, operating.delta) \
+    onset_wash = normalwash(model, boundary, operating.delta) \
         + np.einsum('ij,ij->i', everything, lattice.normal)
     circulation = with_strip_theory(
-        model, boundary, operating.delta, -model.bound_inverse @ wash)
+        model, boundary, operating.delta, -model.bound_inverse @ onset_wash)
     # A faded strip has the circulation of strip theory, which in reversed flow answers the
     # normalwash with the other sign; the air that the plate carries along does not.
     bare = -model.bound_inverse @ boundary.level
@@ -244,7 +241,7 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
     rate = fade * _rate(circulation, flow.circulation, flow.previous, flow.steps, dt) \
         + (1.0 - fade) * _rate(bare, flow.bare, flow.previous_bare, flow.steps, dt)
     at_te = circulation[lattice.te_panel]
-    row = wake.circulation[0] + (1.0 - boundary.fade) * at_te
+    row = wake.moving_rings[0] + (1.0 - boundary.fade) * at_te
     result = _result(
         model, onset, boundary, operating, circulation, row, at_edges, density, rate)
     return FlowState(

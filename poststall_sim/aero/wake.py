@@ -1,26 +1,24 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The wake: rows of vortex rings shed at the trailing edges, kept in inertial axes.
+The wake: rows of vortex rings shed at the trailing edges, kept in the air in float64.
 
 Prescribed wake: nodes stay where they were shed and drift with the wind. A row carries the
 circulation that the trailing edge had when it was shed (Kelvin's theorem, Kutta condition), and
-the last row is closed by one that reaches `FAR` metres on, so that a wake of finite length does
-not end in an artificial starting vortex.
+the last row is closed by one that reaches far on, so that a wake of finite length does not end
+in an artificial starting vortex.
+
+Axes A are those of N, carried along by the wind: in them a shed node does not move.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from poststall_sim.aero.kernels import grid_edges, grid_velocity
+from poststall_sim.aero.history import History
 from poststall_sim.aero.lattice import Lattice
 from poststall_sim.frames import FloatArray
 
-SINGLE_ROWS = 16
-"""Rows behind the trailing edge that are evaluated one by one."""
-ROWS_PER_LEVEL = 8
-"""Rows of each doubled length after that: a ring is about an eighth of its distance."""
 SHORTEST_ROW = 0.1
 """Below this share of a panel the newest row takes the next one in: at rest none pile up."""
 OWN_CORE = 1e-5
@@ -47,10 +45,45 @@ class Placement:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Wake:
-    """nodes_N (rows + 1, nodes, 3) [m], newest first, and circulation (rows, strips) [m^2/s]."""
+    """
+    Rows of nodes and, between each and the next, of rings, the newest first.
 
-    nodes_N: FloatArray
-    circulation: FloatArray
+    moving_A (m, nodes, 3) [m], moving_rings (m, strips) [m^2/s] : the first rows, which a step
+    may still change, the trailing edge among them; settled : where the others are, from slot
+    `first` on; rows : of rings, one less than there are of nodes; drift_N (3,) [m] : how far the
+    wind has carried A.
+    """
+
+    moving_A: FloatArray
+    moving_rings: FloatArray
+    settled: History
+    first: int
+    rows: int
+    drift_N: FloatArray
+
+    @property
+    def settled_A(self) -> FloatArray:
+        """The nodes (rows + 1 - m, nodes, 3) that stay where they are."""
+        return self.settled.nodes[self.first:self.first + self.rows + 1 - len(self.moving_A)]
+
+    @property
+    def nodes_N(self) -> FloatArray:
+        """All nodes (rows + 1, nodes, 3) in N [m]: a copy."""
+        return np.concatenate([self.moving_A, self.settled_A]) + self.drift_N
+
+    @property
+    def circulation(self) -> FloatArray:
+        """Circulation (rows, strips) of all rings [m^2/s]: a copy."""
+        settled = self.rows - len(self.moving_rings)
+        return np.concatenate(
+            [self.moving_rings, self.settled.rings[self.first:self.first + settled]])
+
+
+    def alone(self) -> 'Wake':
+        """Return the wake with a store of its own rows and no others."""
+        kept = slice(self.first, self.first + len(self.settled_A))
+        settled = History(self.settled.nodes[kept], self.settled.rings[kept])
+        return replace(self, settled=settled, first=settled.first)
 
 
 def straight(lattice: Lattice, placement: Placement, row_G: FloatArray, rows: int,
@@ -63,7 +96,9 @@ def straight(lattice: Lattice, placement: Placement, row_G: FloatArray, rows: in
     """
     shift = np.arange(rows + 1)[:, None, None] * row_G
     nodes = placement.to_inertial(lattice.wake_nodes[None] + shift)
-    return Wake(nodes, np.tile(circulation, (rows, 1)))
+    rings = np.tile(circulation, (rows + 1, 1))
+    settled = History(nodes[1:], rings[1:])
+    return Wake(nodes[:1], rings[:1], settled, settled.first, rows, np.zeros(3))
 
 
 def shed(wake: Wake, lattice: Lattice, placement: Placement, te_circulation: FloatArray,
@@ -75,69 +110,29 @@ def shed(wake: Wake, lattice: Lattice, placement: Placement, te_circulation: Flo
     ``placement``, to where it was, with te_circulation (strips,) of the step before. The
     oldest row is dropped.
     """
-    nodes = wake.nodes_N + drift_N
-    front = placement.to_inertial(lattice.wake_nodes)
-    newest = np.linalg.norm(nodes[0] - nodes[1], axis=-1).max()
+    drift = wake.drift_N + drift_N
+    front = placement.to_inertial(lattice.wake_nodes) - drift
+    before = wake.moving_A[0]
+    second = wake.moving_A[1] if len(wake.moving_A) > 1 else wake.settled.nodes[wake.first]
+    newest = np.linalg.norm(before - second, axis=-1).max()
     panel = lattice.strip_chord.mean() / lattice.grids[0].rows
     if newest < SHORTEST_ROW * panel:
-        added = np.linalg.norm(front - nodes[0], axis=-1).max()
+        added = np.linalg.norm(front - before, axis=-1).max()
         share = added / (added + newest) if added > 0.0 else 0.0
-        nodes[0] = front
-        circulation = wake.circulation.copy()
-        circulation[0] += share * (te_circulation - circulation[0])
-        return Wake(nodes, circulation)
-    return Wake(np.concatenate([front[None], nodes[:-1]]),
-                np.concatenate([te_circulation[None], wake.circulation[:-1]]))
-
-
-def ladder(rows: int) -> np.ndarray:
-    """
-    Return the rows at which evaluated rings begin, and the end: single, double, fourfold ...
-
-    Rings grow with their distance, so that the cost rises with the logarithm of the length.
-    """
-    marks, length = list(range(min(rows, SINGLE_ROWS) + 1)), 2
-    while marks[-1] < rows:
-        for _ in range(ROWS_PER_LEVEL):
-            if marks[-1] < rows:
-                marks.append(min(marks[-1] + length, rows))
-        length *= 2
-    return np.array(marks)
+        rings = wake.moving_rings.copy()
+        rings[0] += share * (te_circulation - rings[0])
+        return replace(wake, moving_A=np.concatenate([front[None], wake.moving_A[1:]]),
+                       moving_rings=rings, drift_N=drift)
+    settled, first = wake.settled.with_row(
+        wake.first, len(wake.settled_A) - 1, wake.moving_A[-1], wake.moving_rings[-1])
+    return Wake(np.concatenate([front[None], wake.moving_A[:-1]]),
+                np.concatenate([te_circulation[None], wake.moving_rings[:-1]]),
+                settled, first, wake.rows, drift)
 
 
 def far_length(lattice: Lattice) -> float:
     """Return how far the closing row reaches [m]: a thousand spans of the whole lattice."""
     return 1000.0 * float(np.ptp(lattice.wake_nodes, axis=0).max())
-
-
-def velocity(wake: Wake, lattice: Lattice, placement: Placement, marks: np.ndarray,
-             points: tuple[FloatArray, ...]) -> tuple[list[FloatArray], list[FloatArray]]:
-    """
-    Return the velocity that the wake induces, in geometry axes [m/s].
-
-    marks : see `ladder`, or every row. points : (n, 3) per surface [m]. Two lists of (n, 3),
-    one entry a surface: from the surface's own wake, and from the wakes of the others.
-    """
-    nodes = placement.to_geometry(wake.nodes_N[marks])
-    along = (nodes[-1] - nodes[0]).mean(axis=0)
-    length = np.linalg.norm(along)
-    far = along / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
-    nodes = np.concatenate([nodes, nodes[-1:] + far_length(lattice) * far])
-    sizes = np.diff(marks)[:, None]
-    ring = np.add.reduceat(wake.circulation, marks[:-1], axis=0) / sizes
-    ring = np.concatenate([ring, wake.circulation[-1:]])
-    own = [np.empty_like(p) for p in points]
-    other = [np.zeros_like(p) for p in points]
-    for s, grid in enumerate(lattice.grids):
-        edges = np.empty((7, len(nodes) * (grid.nodes.stop - grid.nodes.start)))
-        grid_edges(nodes[:, grid.nodes], ring[:, grid.strips], edges)
-        for p, target in enumerate(points):
-            out = own[p] if p == s else np.empty_like(target)
-            grid_velocity(*edges, grid.nodes.stop - grid.nodes.start, core(lattice, s, p),
-                          target, out)
-            if p != s:
-                other[p] += out
-    return own, other
 
 
 def core(lattice: Lattice, source: int, target: int) -> float:
