@@ -275,6 +275,7 @@ def _settings(arguments: argparse.Namespace, ell: float | tuple[float, ...]):
     from poststall_sim.aero.decambering import AngleForm, Closure
     from poststall_sim.aero.schemes import Scheme, Start
     from poststall_sim.aero.separation import Separation
+    from poststall_sim.aero.wake import Shape
     from poststall_sim.aircraft import ConfigError
     asked = vars(arguments)
     scheme, damping = asked.get('scheme'), asked.get('damping')
@@ -302,7 +303,8 @@ def _settings(arguments: argparse.Namespace, ell: float | tuple[float, ...]):
              'tolerance': asked.get('tolerance'), 'limit': asked.get('limit'),
              'scheme': Scheme(scheme) if scheme else None,
              'separation': Separation(asked['separation']) if asked.get('separation') else None,
-             **{name: asked.get(name) for name in ('lag', 'relaxation', 'delay')}}
+             'wake': Shape(asked['wake']) if asked.get('wake') else None,
+             **{name: asked.get(name) for name in ('lag', 'relaxation', 'delay', 'ground')}}
     return models.Settings(
         closure=closure, ell=ell, decambering=not arguments.no_decambering,
         angle_form=AngleForm(asked.get('angle_form', 'exact')),

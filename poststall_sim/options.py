@@ -19,6 +19,7 @@ import numpy as np
 from poststall_sim import __version__
 from poststall_sim.aero import model as models
 from poststall_sim.aero.separation import Separation
+from poststall_sim.aero.wake import Shape
 
 _NEGATIVE = re.compile(r'-[\d.]')
 _MOST_POINTS = 10_000
@@ -160,7 +161,7 @@ def _parser() -> argparse.ArgumentParser:
         if sub is polar:
             _add_study(group)
         if sub is fly:
-            _add_separation(group)
+            _add_time(group)
 
     plot = command('plot', 'draw the figures of a flight from its bag',
                    'flight --output figures', None)
@@ -170,8 +171,13 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _add_separation(group) -> None:
-    """Add how separation follows the flow in time."""
+def _add_time(group) -> None:
+    """Add what only flow in time has: a wake that goes somewhere, a ground, late separation."""
+    group.add_argument('--wake', choices=tuple(shape.value for shape in Shape),
+                       help='where shed rows go: with the air (default), with what they induce '
+                       'as well, or nowhere seen from the body')
+    group.add_argument('--ground', action='store_true',
+                       help='feel the flat ground at altitude 0')
     group.add_argument('--separation', choices=tuple(law.value for law in Separation),
                        help='at once (default), late with one time constant, or by the law of '
                        'Goman and Khrabrov: dynamic stall')

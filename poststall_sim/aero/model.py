@@ -15,6 +15,7 @@ from poststall_sim.aero.kernels import ring_influence
 from poststall_sim.aero.lattice import Lattice
 from poststall_sim.aero.schemes import Scheme, Start
 from poststall_sim.aero.separation import Separation
+from poststall_sim.aero.wake import Shape
 from poststall_sim.aero.wash import Felt, Precision, felt
 from poststall_sim.aircraft import Aircraft, ConfigError
 from poststall_sim.frames import FloatArray, geometry_to_body
@@ -37,7 +38,9 @@ class Settings:
     : and their velocity is computed at few points there, see `wash`; unsteady False: no wake
     history, no added mass, loads of the steady lattice; separation : how it follows the flow in
     time, lag [chords] its time constant under LAG, relaxation and delay [chords] tau_1 and tau_2
-    under GOMAN_KHRABROV, of the size identified for airfoils there.
+    under GOMAN_KHRABROV, of the size identified for airfoils there; wake : its shape, free_rows
+    that move in a free one, every so many steps, free_every; ground : flat, at altitude 0, felt
+    by its mirror image in unsteady flow.
     """
 
     chordwise: int = 4
@@ -60,6 +63,10 @@ class Settings:
     lag: float = 3.0
     relaxation: float = 0.5
     delay: float = 4.5
+    wake: Shape = Shape.PRESCRIBED
+    free_rows: int = 16
+    free_every: int = 2
+    ground: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what cannot be computed."""
@@ -78,6 +85,13 @@ class Settings:
                 self.unsteady and self.decambering and self.closure is Closure.NONLOCAL):
             raise ConfigError(f'separation {self.separation.value} is for unsteady flow with the '
                               'non-local closure and decambering')
+        if (self.ground or self.wake is not Shape.PRESCRIBED) and not self.unsteady:
+            raise ConfigError('a free or frozen wake and the ground are for unsteady flow')
+        if self.ground and self.wake is Shape.FROZEN:
+            raise ConfigError('a frozen wake is nowhere that a ground could mirror it')
+        for name, most in (('free_rows', 1000), ('free_every', 100)):
+            if not 1 <= getattr(self, name) <= most:
+                raise ConfigError(f'{name} must be 1 to {most}, got {getattr(self, name)!r}')
         for name, low in (('lag', 1e-3), ('relaxation', 1e-3), ('delay', 0.0)):
             if not low <= getattr(self, name) <= 100.0:
                 raise ConfigError(

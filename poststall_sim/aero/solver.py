@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import lu_solve
 
-from poststall_sim.aero import loads, separation, wash
+from poststall_sim.aero import images, loads, separation, wash
 from poststall_sim.aero import wake as wakes
 from poststall_sim.aero.model import (
     Model,
@@ -41,7 +41,7 @@ from poststall_sim.aero.operating import (
 )
 from poststall_sim.aero.polars import sections
 from poststall_sim.aero.separation import Separation
-from poststall_sim.aero.wake import Placement, Wake
+from poststall_sim.aero.wake import Placement, Shape, Wake
 from poststall_sim.frames import FloatArray
 from poststall_sim.state import Status, Strips
 
@@ -71,6 +71,7 @@ class FlowState:
     mean: FloatArray
     angle: FloatArray
     response: StripResponse
+    row_G: FloatArray
     steps: int
 
 
@@ -184,14 +185,19 @@ def start(model: Model, onset: Onset, placement: Placement, deflections: FloatAr
     shed = fade * result.circulation[lattice.te_panel]
     direction = wake_direction(onset.velocity_G)
     strength = np.zeros(lattice.strips) if at_rest else shed
-    wake = wakes.straight(lattice, placement, step * direction, rows, strength)
+    free = model.settings.wake is Shape.FREE
+    if model.settings.wake is Shape.FROZEN:
+        placement = Placement(np.zeros(3), np.eye(3))
+    wake = wakes.straight(lattice, placement, step * direction, rows, strength,
+                          1 + model.settings.free_rows if free else 1)
     mean = separation.mean_angle(boundary.strips, model.mean, result.strips.alpha)
     return FlowState(
         wake=wake, circulation=result.circulation, previous=result.circulation, bare=bare,
         previous_bare=bare, shed=strength, delta=result.strips.delta,
         share=np.full(lattice.strips, math.nan), mean=mean,
         angle=separation.geometric_angle(boundary.strips),
-        response=own_response(model, direction), steps=0 if at_rest else 2), result
+        response=own_response(model, direction), row_G=step * direction,
+        steps=0 if at_rest else 2), result
 
 
 def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
@@ -208,8 +214,20 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
         result = steady(model, onset, deflections, density=density, delta0=flow.delta)
         return replace(flow, circulation=result.circulation, previous=flow.circulation,
                        delta=result.strips.delta, steps=flow.steps + 1), result
-    wake = wakes.shed(flow.wake, lattice, placement, flow.shed, drift_N)
-    induced, _ = wash.velocity(wake, lattice, model.felt, placement, settings.coarsen)
+    wake_placement = placement
+    if settings.wake is Shape.FROZEN:
+        # As behind a body that goes on as at the start: in its axes the rows stay where they are.
+        origin_N = flow.wake.moving_A[0, 0] - lattice.wake_nodes[0] - flow.row_G
+        wake_placement, drift_N = Placement(origin_N, np.eye(3)), np.zeros(3)
+    wake = wakes.shed(flow.wake, lattice, wake_placement, flow.shed, drift_N)
+    if settings.wake is Shape.FREE and flow.steps % settings.free_every == 0:
+        wake = wake.moved(settings.free_every * dt * images.own_velocity(
+            wake, lattice, placement, flow.circulation, dt))
+    induced, _ = wash.velocity(wake, lattice, model.felt, wake_placement, settings.coarsen)
+    if settings.ground:
+        at_points = images.ground_velocity(
+            wake, lattice, placement, flow.circulation, placement.to_inertial(model.felt.points))
+        induced[:, 3:] += at_points @ placement.rotation_NG
     foreign = induced[model.felt.panel, 3:]
     everything = induced[model.felt.panel, :3] + foreign
     at_edges = induced[model.felt.edge, :3] + induced[model.felt.edge, 3:]
@@ -250,7 +268,7 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
         share=boundary.strips[11],
         mean=separation.mean_angle(boundary.strips, model.mean, operating.alpha),
         angle=separation.geometric_angle(boundary.strips),
-        response=response, steps=flow.steps + 1), result
+        response=response, row_G=flow.row_G, steps=flow.steps + 1), result
 
 
 def _rate(new: FloatArray, old: FloatArray, older: FloatArray, steps: int,

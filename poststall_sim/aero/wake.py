@@ -3,7 +3,9 @@
 """
 The wake: rows of vortex rings shed at the trailing edges, kept in the air in float64.
 
-Prescribed wake: nodes stay where they were shed and drift with the wind. A row carries the
+Prescribed wake: nodes stay where they were shed and drift with the wind. Free wake: the first
+rows also move with what all vortices induce at them. Frozen wake: rows behind the body as it
+flew at the start, whatever it does since, as in a linearised model. A row carries the
 circulation that the trailing edge had when it was shed (Kelvin's theorem, Kutta condition), and
 the last row is closed by one that reaches far on, so that a wake of finite length does not end
 in an artificial starting vortex.
@@ -11,6 +13,7 @@ in an artificial starting vortex.
 Axes A are those of N, carried along by the wind: in them a shed node does not move.
 """
 
+import enum
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,6 +28,14 @@ OWN_CORE = 1e-5
 """Guard against 0/0 between a surface and its own wake, in chords."""
 OTHER_CORE = 0.05
 """Core of wakes and rings of other surfaces, in strip widths."""
+
+
+class Shape(enum.Enum):
+    """Where the rows of a wake go once they are shed."""
+
+    PRESCRIBED = 'prescribed'
+    FREE = 'free'
+    FROZEN = 'frozen'
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,19 +97,26 @@ class Wake:
         return replace(self, settled=settled, first=settled.first)
 
 
+    def moved(self, step_N: FloatArray) -> 'Wake':
+        """Return the wake with its moving nodes, but the first row, displaced by step_N [m]."""
+        return replace(
+            self, moving_A=np.concatenate([self.moving_A[:1], self.moving_A[1:] + step_N]))
+
+
 def straight(lattice: Lattice, placement: Placement, row_G: FloatArray, rows: int,
-             circulation: FloatArray) -> Wake:
+             circulation: FloatArray, moving: int = 1) -> Wake:
     """
     Return a straight wake of equal rows, each displaced by row_G (3,) [m] from the one before.
 
     circulation : (strips,) of every row; that of the steady solution starts a march in
-    equilibrium, zeros start it from rest.
+    equilibrium, zeros start it from rest. moving : rows of nodes that a step may change.
     """
     shift = np.arange(rows + 1)[:, None, None] * row_G
     nodes = placement.to_inertial(lattice.wake_nodes[None] + shift)
     rings = np.tile(circulation, (rows + 1, 1))
-    settled = History(nodes[1:], rings[1:])
-    return Wake(nodes[:1], rings[:1], settled, settled.first, rows, np.zeros(3))
+    moving = min(moving, rows)
+    settled = History(nodes[moving:], rings[moving:])
+    return Wake(nodes[:moving], rings[:moving], settled, settled.first, rows, np.zeros(3))
 
 
 def shed(wake: Wake, lattice: Lattice, placement: Placement, te_circulation: FloatArray,

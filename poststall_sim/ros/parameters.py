@@ -21,6 +21,8 @@ from rclpy.parameter import Parameter
 
 from poststall_sim.aero import model as models
 from poststall_sim.aero.separation import Separation
+from poststall_sim.aero.wake import Shape
+from poststall_sim.aero.wash import Precision
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.topics import Rate
 
@@ -111,6 +113,23 @@ class SimulatorSettings:
     uvlm_wake_length: float = entry(
         'uvlm.wake_length', 0.0, 'Length of wake that is kept [m]; 0 = auto',
         low=0.0, high=10000.0)
+    uvlm_wake: str = entry(
+        'uvlm.wake', _AERO.wake.value, 'Where shed rows go: with the air, with what they induce '
+        'as well, or nowhere seen from the body', choices=tuple(shape.value for shape in Shape))
+    uvlm_free_rows: int = entry(
+        'uvlm.free_rows', _AERO.free_rows, 'Rows of a free wake that move [-]', low=1, high=1000)
+    uvlm_free_every: int = entry(
+        'uvlm.free_every', _AERO.free_every, 'Steps from one move of a free wake to the next [-]',
+        low=1, high=100)
+    uvlm_precision: str = entry(
+        'uvlm.precision', _AERO.precision.value, "Float type of the wake's velocity",
+        choices=tuple(precision.value for precision in Precision))
+    uvlm_coarsen: bool = entry(
+        'uvlm.coarsen', _AERO.coarsen, 'Take rows of the wake together where they are far')
+    uvlm_interpolate: bool = entry(
+        'uvlm.interpolate', _AERO.interpolate, 'Compute far rows at few points of a surface')
+    ground_effect: bool = entry(
+        'ground.effect', _AERO.ground, 'Feel the flat ground at altitude 0, by a mirror image')
     decambering_enabled: bool = entry(
         'decambering.enabled', True, 'Correct the lattice by section curves; false: attached '
         'flow at any angle')

@@ -19,6 +19,8 @@ from poststall_sim import definition, simulation, topics
 from poststall_sim.aero.decambering import Closure
 from poststall_sim.aero.model import Settings
 from poststall_sim.aero.separation import Separation
+from poststall_sim.aero.wake import Shape
+from poststall_sim.aero.wash import Precision
 from poststall_sim.frames import swap_ned_enu
 from poststall_sim.ros import messages, parameters, process
 from poststall_sim.ros.commands import CommandDesk, OnTimeout, Source
@@ -40,7 +42,10 @@ def flight_from_settings(settings: SimulatorSettings, progress) -> simulation.Fl
         definition.aircraft(path),
         Settings(
             chordwise=settings.uvlm_chordwise,
-            wake_length=settings.uvlm_wake_length or None,
+            wake_length=settings.uvlm_wake_length or None, wake=Shape(settings.uvlm_wake),
+            free_rows=settings.uvlm_free_rows, free_every=settings.uvlm_free_every,
+            precision=Precision(settings.uvlm_precision), coarsen=settings.uvlm_coarsen,
+            interpolate=settings.uvlm_interpolate, ground=settings.ground_effect,
             closure=Closure[settings.decambering_closure.upper()],
             ell=settings.decambering_ell, tolerance=settings.decambering_tolerance,
             separation=Separation(settings.separation), lag=settings.separation_lag,
