@@ -1,92 +1,19 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
-"""The march: indicial and oscillating lift, what is conserved, and what must not matter."""
+"""The march: what must not matter, what is at rest, through stall and beyond it."""
 
 import math
 
-import exact
 import numpy as np
 import pytest
 import wings
+from wings import loads, steadily
 
 from poststall_sim.aero import model as models
 from poststall_sim.aero import wake
-from poststall_sim.aero.kernels import ring_influence
 from poststall_sim.aero.model import Settings, build
 from poststall_sim.frames import body_to_geometry, quaternion_from_euler, rotation
 from poststall_sim.state import Status
-
-LONG = 2000.0
-"""Aspect ratio of one strip that stands for two dimensions: tips matter as 1/LONG, 5e-4."""
-
-
-def loads(model, onset_at, dt, steps, speed, **options):
-    """Return force and moment coefficients (steps + 1, 6) in G of a march."""
-    reference = model.aircraft.reference
-    pressure = 0.5 * wings.DENSITY * speed ** 2 * reference.area
-    return np.array([np.concatenate([result.force_G, result.moment_G / reference.chord])
-                     for _, _, result in wings.march(model, onset_at, dt, steps, **options)]
-                    ) / pressure
-
-
-def steadily(air):
-    """Return the same onset at any time."""
-    return lambda t: air
-
-
-def chord(rows, wake_length):
-    """Return the model of a plate of chord 1 in two dimensions, every wake row by itself."""
-    return build(wings.rectangular(LONG, 1), Settings(
-        chordwise=rows, wake_length=wake_length, **wings.EXACTLY))
-
-
-def test_lift_after_a_sudden_start_is_that_of_wagner():
-    """First order in the step V dt = c/M, to 0.2 % of the exact function once extrapolated."""
-    s, alpha = np.array([1.0, 2.0, 4.0, 6.0, 10.0]), 0.01
-    share = {}
-    for rows in (8, 16, 32):
-        lift = loads(chord(rows, 12.0), steadily(wings.onset(1.0, alpha)), 1.0 / rows, 5 * rows,
-                     1.0, at_rest=True)[:, 2] / math.cos(alpha)
-        share[rows] = lift[np.round(0.5 * s * rows).astype(int)] / (2.0 * math.pi * alpha)
-    errors = np.array([share[rows] - exact.wagner(s) for rows in (8, 16, 32)])
-    order = np.log2(np.abs(errors[1:-1] / errors[2:]))
-    assert order == pytest.approx(np.ones((1, 5)), abs=0.1)
-    extrapolated = 2.0 * share[32] - share[16]
-    assert extrapolated == pytest.approx(exact.wagner(s), rel=0.005)
-    assert np.all(errors < 0.0)   # lift is late: a row carries the circulation of the step before
-
-
-def plunging(rows, k, per_panel=1, periods=6):
-    """Return the complex lift over 2 pi hdot/V of a plunging plate, from its last period."""
-    omega = 2.0 * k
-    steps = round(2.0 * math.pi / omega * rows * per_panel)
-    dt = 2.0 * math.pi / omega / steps
-
-    def air(t):   # the body sinks with hdot = 0.001 cos(omega t): air from below
-        return models.Onset(np.array([1.0, 0.0, 1e-3 * math.cos(omega * t)]), np.zeros(3))
-
-    # Sixty chords of wake: what is lost behind them is below 0.1 % of the lift.
-    lift = loads(chord(rows, 60.0), air, dt, periods * steps, 1.0)[-steps:, 2]
-    t = dt * np.arange((periods - 1) * steps + 1, periods * steps + 1)
-    return 2.0 * np.mean(lift * np.exp(-1j * omega * t)) / (2.0 * math.pi * 1e-3)
-
-
-def test_plunging_plate_has_the_lift_of_theodorsen():
-    """At k = 0.3 to 1 % and 0.5 deg: extrapolated from 8 and 16 panels, first order in 1/M."""
-    reference = exact.plunging_plate_lift(0.3)
-    coarse, fine = plunging(8, 0.3), plunging(16, 0.3)
-    extrapolated = 2.0 * fine - coarse
-    assert abs(extrapolated) == pytest.approx(abs(reference), rel=0.01)
-    assert abs(np.degrees(np.angle(extrapolated / reference))) < 0.5
-    # What flies with eight panels: about 2 % and 2 deg late.
-    assert abs(coarse) == pytest.approx(abs(reference), rel=0.02)
-    assert -2.0 < np.degrees(np.angle(coarse / reference)) < 0.0
-
-
-def test_step_shorter_than_a_panel_costs_accuracy_but_not_much():
-    """Half the step: the wake then starts half a row late, an error of the order of its root."""
-    half = plunging(8, 0.3, per_panel=2)
-    assert abs(half) == pytest.approx(abs(exact.plunging_plate_lift(0.3)), rel=0.05)
 
 
 def test_body_gathering_speed_across_its_wings_feels_its_added_mass():
@@ -104,72 +31,6 @@ def test_body_gathering_speed_across_its_wings_feels_its_added_mass():
         expected = -wings.DENSITY * model.added_mass @ speeding
         # Air comes from below (or nearly): circulation pushes along the chord, not across it.
         assert load[2:4] == pytest.approx(expected[2:4], rel=1e-9, abs=1e-9)
-
-
-@pytest.mark.parametrize(('ratio', 'published'), [
-    (4, [0.309, 0.317, 0.325, 0.328, 0.330]), (8, [0.364, 0.382, 0.400, 0.408, 0.413])])
-def test_impulsive_start_of_finite_wings(ratio, published):
-    """Katz & Plotkin's case: 5 deg, 4 x 13 panels, V dt = c/16; another lattice's figures."""
-    model = build(wings.rectangular(ratio, 13), Settings(wake_length=12.0, **wings.EXACTLY))
-    alpha = math.radians(5.0)
-    force = loads(model, steadily(wings.onset(1.0, alpha)), 1.0 / 16.0, 9 * 16, 1.0, at_rest=True)
-    lift = force[:, 2] * math.cos(alpha) - force[:, 0] * math.sin(alpha)
-    assert lift[[16, 32, 64, 96, 144]] == pytest.approx(published, rel=0.03)
-    # It tends to the steady wing, whose lift is the march's first entry, from below.
-    assert np.all(np.diff(lift[32:]) > 0.0) and lift[-1] / lift[0] == pytest.approx(0.99, abs=0.01)
-
-
-def test_march_from_the_steady_wake_stays_where_it_starts():
-    """Alone to 1e-9; with a tail to 1e-5, for cores act on long and short segments unlike."""
-    for machine, speed, force, moment in (
-            (wings.rectangular(8, 12), 1.0, 1e-9, 1e-9),
-            # The tail's force, at 7.25 chords from the centre of gravity.
-            (wings.wing_tail(), 40.0, 1e-5, 1e-5 * 7.25)):
-        model = build(machine, Settings(tolerance=1e-9, **wings.EXACTLY))
-        for alpha in (0.07, 0.35):
-            march = loads(model, steadily(wings.onset(speed, alpha)), 0.25 / speed, 40, speed)
-            change = np.abs(march - march[0]).max(axis=0)
-            assert change[:3].max() < force and change[3:].max() < moment
-
-
-def in_plane(points, rings, circulation):
-    """Return the velocity (n, 3) of rings (k, 4, 3) at points."""
-    out = np.empty((len(points), len(rings), 3))
-    ring_influence(points, np.ascontiguousarray(rings), np.zeros(out.shape[:2]), out)
-    return np.einsum('ijk,j->ik', out, circulation)
-
-
-def test_circulation_of_wing_and_wake_is_conserved():
-    """Kelvin: none around both; around the wing and k rows, that of the row that is cut."""
-    model = build(wings.rectangular(4, 5), Settings(wake_length=6.0, **wings.EXACTLY))
-
-    def air(t):   # incidence comes and goes, so that every row is different
-        return wings.onset(1.0, 0.1 * math.sin(2.0 * t))
-
-    before = None
-    for step in wings.march(model, air, 0.25, 12, at_rest=True):
-        placement, flow, result = step
-        if before is not None:   # what the trailing edge had is what the newest row carries
-            assert np.array_equal(flow.wake.circulation[0], before)
-        started = before is not None
-        before = result.circulation[model.lattice.te_panel] if started else np.zeros(5)
-
-    nodes = placement.to_geometry(flow.wake.nodes_N)
-    corners = np.stack([nodes[:-1, :-1], nodes[:-1, 1:], nodes[1:, 1:], nodes[1:, :-1]], axis=2)
-    rings = np.concatenate([model.lattice.ring_corners, corners.reshape(-1, 4, 3)])
-    strength = np.concatenate([result.circulation, flow.wake.circulation.ravel()])
-    place, weight = np.polynomial.legendre.leggauss(40)
-    for row in (0, 3, 7, 15):
-        behind = 0.5 * (nodes[row, 2:4, 0].mean() + nodes[row + 1, 2:4, 0].mean())
-        path = np.array([[-2, 0, -4], [-2, 0, 4], [behind, 0, 4], [behind, 0, -4.0]])
-        around = 0.0
-        for a, b in zip(path, np.roll(path, -1, axis=0)):
-            for start in a + (b - a) * np.arange(24)[:, None] / 24.0:
-                points = start + (b - a) / 48.0 * (1.0 + place[:, None])
-                around += weight @ (in_plane(points, rings, strength) @ (b - a)) / 48.0
-        # Quadrature of order 40 on pieces of a third of a chord, a half row from the nearest.
-        assert around == pytest.approx(flow.wake.circulation[row, 2], abs=1e-7)
-    assert flow.wake.circulation[15, 2] == 0.0   # older than the start
 
 
 def stalled(t):

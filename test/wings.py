@@ -188,3 +188,16 @@ def march(model, onset_at, dt, steps, *, at_rest=False, deflections=None, wind_N
             model, flow, onset_at(t), placement, np.asarray(deflections), density=DENSITY,
             dt=dt, drift_N=wind_N * dt)
         yield placement, flow, result
+
+
+def steadily(air):
+    """Return the same onset at any time."""
+    return lambda t: air
+
+
+def loads(model, onset_at, dt, steps, speed, **options):
+    """Return force and moment coefficients (steps + 1, 6) in G of a march."""
+    reference = model.aircraft.reference
+    pressure = 0.5 * DENSITY * speed ** 2 * reference.area
+    return np.array([np.concatenate([result.force_G, result.moment_G / reference.chord])
+                     for _, _, result in march(model, onset_at, dt, steps, **options)]) / pressure
