@@ -9,7 +9,7 @@ only, the figure without it is held beside it, and the accuracy asked of it is a
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import exact
 import numpy as np
@@ -18,7 +18,7 @@ import wings
 from wings import loads, steadily
 
 from poststall_sim.aero import model as models
-from poststall_sim.aero import wake as wakes
+from poststall_sim.aero import wash
 from poststall_sim.aero.kernels import ring_influence
 from poststall_sim.aero.model import Settings, build
 
@@ -260,7 +260,7 @@ def test_induced_drag_of_a_swept_wing_in_near_and_far_field():
 def changing(rows, coarsen):
     """Return model, steps of a march whose incidence comes and goes, and what its edge had."""
     model = build(wings.rectangular(4, 5), Settings(
-        chordwise=rows, wake_length=12.0, coarsen=coarsen))
+        chordwise=rows, wake_length=12.0, **{**wings.EXACTLY, 'coarsen': coarsen}))
     steps = list(wings.march(model, lambda t: wings.onset(1.0, 0.1 * math.sin(2.0 * t)),
                              1.0 / rows, 9 * rows, at_rest=True))
     return model, steps, [r.circulation[model.lattice.te_panel] for _, _, r in steps[1:]]
@@ -283,18 +283,29 @@ def test_circulation_around_a_path_through_wing_and_wake(coarsen):
     model, steps, _ = changing(4, coarsen)
     placement, flow, result = steps[-1]
     lattice, wake = model.lattice, flow.wake
-    marks = wakes.ladder(len(wake.circulation)) if coarsen else np.arange(
-        len(wake.circulation) + 1)
-    grouped = [wake.circulation[a:b, 2].mean() for a, b in zip(marks, marks[1:])]
-    nodes = placement.to_geometry(wake.nodes_N)[marks, 2, 0]
+    nodes = placement.to_geometry(wake.nodes_N)
+    length, distance = np.empty(wake.rows), np.empty(wake.rows + 1)
+    wash.lengths(nodes, length)
+    wash.distances(nodes, model.felt.box[0], distance)
+    marks = np.empty(wake.rows + 2, dtype=np.int64)
+    marks = marks[:wash.ladder(length, distance, coarsen, marks) + 1]
+    assert (len(marks) == wake.rows + 1) is not coarsen
+    grouped = [np.average(wake.circulation[a:b, 2], weights=length[a:b])
+               for a, b in zip(marks, marks[1:])]
+    nodes = nodes[marks, 2, 0]
     bound = result.circulation.reshape(4, 5)[:, 2]
 
     def velocity(points):
         out = np.empty((len(points), lattice.panels, 3))
         ring_influence(points, np.ascontiguousarray(lattice.ring_corners),
                        np.zeros(out.shape[:2]), out)
-        own, _ = wakes.velocity(wake, lattice, placement, marks, (points,))
-        return np.einsum('ijk,j->ik', out, result.circulation) + own[0]
+        # Felt at the path, in the groups of rows in which the wing feels its wake.
+        n, bounds = len(points), model.felt.bounds.copy()
+        bounds[0, 4] = bounds[1, 2] = n
+        own, _ = wash.velocity(
+            wake, lattice, replace(model.felt, points=points, rounded=points, bounds=bounds,
+                                   weights=(np.empty((n, 0)),)), placement, coarsen)
+        return np.einsum('ijk,j->ik', out, result.circulation) + own[:, :3]
 
     place, weight = np.polynomial.legendre.leggauss(40)
     front = lattice.ring_corners.reshape(4, 5, 4, 3)[:, 2, 0, 0]

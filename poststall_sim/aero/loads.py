@@ -19,6 +19,31 @@ _EXACT = {'cache': True, 'nogil': True}
 
 
 @njit(**_EXACT)
+def edge_flow(passing, induced, bound, fade, edge_strip, circulation, row, plus, minus, wake,
+              velocity, strength):
+    """
+    Fill velocity (s, 3) of the air at the edges' middles and strength (s,) of the edges.
+
+    passing, induced : (s, 3) of the onset and of the wake; bound (3 s,) of the rings; fade (n,)
+    share of the lattice in each strip, edge_strip (s, 2) those beside an edge; circulation (p,)
+    of rings and row (n,) of the wake row at the trailing edge: G[plus] - G[minus] + row[wake],
+    with index -1 for none.
+    """
+    for i in range(strength.size):
+        share = 0.5 * (fade[edge_strip[i, 0]] + fade[edge_strip[i, 1]])
+        for c in range(3):
+            velocity[i, c] = passing[i, c] + share * (induced[i, c] + bound[3 * i + c])
+        total = 0.0
+        if plus[i] >= 0:
+            total += circulation[plus[i]]
+        if minus[i] >= 0:
+            total -= circulation[minus[i]]
+        if wake[i] >= 0:
+            total += row[wake[i]]
+        strength[i] = total
+
+
+@njit(**_EXACT)
 def lattice_force(density, strength, velocity, vector, place, total):
     """
     Add the Joukowski force rho G V x l of straight vortex edges, and its moment.

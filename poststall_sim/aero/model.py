@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from poststall_sim.aero import lattice as lattices
 from poststall_sim.aero import superposition
@@ -111,13 +112,14 @@ class Model:
     """
     An aircraft ready to be computed.
 
-    bound (p, p) : normalwash of unit rings on collocation points; bound_inverse; crossing (p, p)
-    the same between different surfaces only; edge_influence (3 s, p) : velocity of unit rings at
-    the edges' middles; felt : where the wake is; mean (n, n) : see `averaging`; added_mass (6,
-    6) : in B
-    about the centre of gravity, per unit density; te_rows (n, p) picks trailing-edge rings;
-    trajectory (n,) by scheme : d cl / d delta [1/rad] along which schemes A to D move a strip;
-    the arms of collocation points, edges and quarter chords are from the centre of gravity.
+    bound (p, p) : normalwash of unit rings on collocation points; bound_inverse; te_inverse (n,
+    p) : circulation at the trailing edges per unit normalwash, each surface alone, with no wake;
+    edge_influence (3 s, p) : velocity of unit rings at the edges' middles, and edge_rounded the
+    same in the precision of the march; felt : where the wake is; mean (n, n) : see `averaging`;
+    added_mass (6, 6) : in B about the centre of gravity, per unit density; te_rows (n, p) picks
+    trailing-edge rings; trajectory (n,) by scheme : d cl / d delta [1/rad] along which schemes A
+    to D move a strip; the arms of collocation points, edges and quarter chords are from the
+    centre of gravity.
     """
 
     aircraft: Aircraft
@@ -125,8 +127,9 @@ class Model:
     settings: Settings
     bound: FloatArray
     bound_inverse: FloatArray
-    crossing: FloatArray
+    te_inverse: FloatArray
     edge_influence: FloatArray
+    edge_rounded: np.ndarray
     mean: FloatArray
     added_mass: FloatArray
     te_rows: FloatArray
@@ -154,10 +157,20 @@ class Onset:
 
     def at(self, arm: FloatArray) -> FloatArray:
         """Return the velocity (..., 3) of the air past points at arms (..., 3) from the CG."""
-        p, q, r = self.rates_G
-        x, y, z = arm[..., 0], arm[..., 1], arm[..., 2]
-        turning = np.stack([q * z - r * y, r * x - p * z, p * y - q * x], axis=-1)
-        return self.velocity_G - turning
+        out = np.empty(arm.shape)
+        _passing(self.velocity_G, self.rates_G, arm.reshape(-1, 3), out.reshape(-1, 3))
+        return out
+
+
+@njit(cache=True, nogil=True)
+def _passing(velocity, rates, arm, out):
+    """Fill `out` (n, 3) with velocity - rates x arm."""
+    p, q, r = rates
+    for i in range(arm.shape[0]):
+        x, y, z = arm[i, 0], arm[i, 1], arm[i, 2]
+        out[i, 0] = velocity[0] - (q * z - r * y)
+        out[i, 1] = velocity[1] - (r * x - p * z)
+        out[i, 2] = velocity[2] - (p * y - q * x)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,6 +193,8 @@ def build(aircraft: Aircraft, settings: Settings = DEFAULTS) -> Model:
     bound = np.einsum('ijk,ik->ij', at_points, lattice.normal)
     edge_owner = lattice.strip_surface[lattice.edge_strip[:, 0]]
     at_edges = influence(lattice, lattice.edge_middle, edge_owner, lattice.ring_corners, owner)
+    edge_influence = np.ascontiguousarray(
+        at_edges.transpose(0, 2, 1).reshape(-1, lattice.panels))
     inverse = np.linalg.inv(bound)
     cg = np.array(aircraft.mass.cg_G)
     arm = lattice.collocation - cg
@@ -188,11 +203,15 @@ def build(aircraft: Aircraft, settings: Settings = DEFAULTS) -> Model:
     turn = np.concatenate([geometry_to_body(np.ones(3))] * 2)
     te_rows = np.zeros((lattice.strips, lattice.panels))
     te_rows[np.arange(lattice.strips), lattice.te_panel] = 1.0
+    te_inverse = np.zeros_like(te_rows)
+    for grid in lattice.grids:
+        te_inverse[grid.strips, grid.panels] = np.linalg.solve(
+            bound[grid.panels, grid.panels].T, te_rows[grid.strips, grid.panels].T).T
     arrays = {
         'bound': bound, 'bound_inverse': inverse,
-        'crossing': np.where(owner[:, None] == owner[None, :], 0.0, bound),
-        'edge_influence': np.ascontiguousarray(
-            at_edges.transpose(0, 2, 1).reshape(-1, lattice.panels)),
+        'te_inverse': te_inverse,
+        'edge_influence': edge_influence,
+        'edge_rounded': edge_influence.astype(settings.precision.value, copy=False),
         'mean': averaging(lattice, settings.ell),
         'added_mass': turn[:, None] * added * turn[None, :],
         'te_rows': te_rows, 'collocation_arm': arm, 'edge_arm': lattice.edge_middle - cg,
@@ -298,13 +317,33 @@ def far_normalwash(lattice: Lattice, direction: FloatArray) -> FloatArray:
     return np.einsum('ijk,ik->ij', far, lattice.normal)
 
 
+def crossing(model: Model, circulation: FloatArray) -> FloatArray:
+    """Return the normalwash (p,) of the rings of each surface on the others."""
+    out = np.zeros(model.lattice.panels)
+    for here in model.lattice.grids:
+        for there in model.lattice.grids:
+            if here is not there:
+                out[here.panels] += model.bound[here.panels, there.panels] \
+                    @ circulation[there.panels]
+    return out
+
+
 def own_response(model: Model, direction: FloatArray) -> StripResponse:
-    """Return the strips' response with each surface alone in its own straight wake."""
+    """
+    Return the strips' response with each surface alone in its own straight wake.
+
+    With T the rows of the trailing edge, B the bound rings and F the wakes, by Woodbury's formula
+    T (B + F T)^-1 = (1 + T B^-1 F)^-1 T B^-1: a system of as many unknowns as strips.
+    """
     lattice = model.lattice
-    far = far_normalwash(lattice, direction)
+    rings = far_rings(lattice, direction)
     response = np.zeros((lattice.strips, lattice.panels))
-    for grid in lattice.grids:
-        response[grid.strips, grid.panels] = steady_response(
-            model.bound[grid.panels, grid.panels], far[grid.panels, grid.strips],
-            model.te_rows[grid.strips, grid.panels])
+    for s, grid in enumerate(lattice.grids):
+        panels, strips = grid.panels, grid.strips
+        far = np.empty((panels.stop - panels.start, strips.stop - strips.start, 3))
+        ring_influence(lattice.collocation[panels], rings[strips],
+                       np.full(far.shape[:2], wakes.core(lattice, s, s)), far)
+        alone = model.te_inverse[strips, panels]
+        wake = alone @ np.einsum('ijk,ik->ij', far, lattice.normal[panels])
+        response[strips, panels] = np.linalg.solve(np.eye(len(wake)) + wake, alone)
     return StripResponse(direction, response)

@@ -6,10 +6,12 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numba import njit
 from scipy.linalg import lu_factor, lu_solve
 
 from poststall_sim.aero import robust, schemes
 from poststall_sim.aero.decambering import (
+    EXACT,
     TWO_PI,
     AngleForm,
     Closure,
@@ -59,36 +61,51 @@ class Boundary:
 def boundary_condition(model: Model, onset: Onset, deflections: FloatArray) -> Boundary:
     """Return the onset of a lattice with its controls deflected (controls,) [rad]."""
     lattice = model.lattice
-    velocity = onset.at(model.collocation_arm)
-    level = np.einsum('ij,ij->i', velocity, lattice.normal)
-    turned = np.einsum('ij,ij->i', velocity, lattice.tangent)
+    level, turned = np.empty(lattice.panels), np.empty(lattice.panels)
+    _along(onset.at(model.collocation_arm), lattice.normal, lattice.tangent, level, turned)
     turn = deflections @ lattice.flap_angle
-    shift = deflections @ lattice.flap_shift
-    cosine, sine = np.cos(turn), np.sin(turn)
     strips = np.empty((12, lattice.strips))
-    at_strips = onset.at(model.quarter_arm)
-    strips[0] = np.einsum('ij,ij->i', at_strips, lattice.chord_axis)
-    strips[1] = np.einsum('ij,ij->i', at_strips, lattice.strip_normal)
-    speed = np.hypot(strips[0], strips[1])
-    along = strips[0] / np.maximum(speed, 1e-12)
-    ramp = np.clip((along - FADE_END) / (FADE_BEGIN - FADE_END), 0.0, 1.0)
-    strips[2] = lattice.strip_chord
-    strips[3] = ramp * ramp * (3.0 - 2.0 * ramp)
-    strips[4] = lattice.zero_lift
-    strips[5] = lattice.zero_lift - shift
-    strips[6] = shift
-    strips[8], strips[9] = np.cos(-shift), np.sin(-shift)
-    strips[10] = np.maximum(speed, 1e-12)
-    strips[11] = math.nan
+    _along(onset.at(model.quarter_arm), lattice.chord_axis, lattice.strip_normal, strips[0],
+           strips[1])
     airspeed = float(np.linalg.norm(onset.velocity_G))
-    strips[7] = speed > SLOWEST_SHARE * max(airspeed, SLOWEST_SPEED)
+    _strips(airspeed, lattice.strip_chord, lattice.zero_lift, deflections @ lattice.flap_shift,
+            strips)
     if model.settings.angle_form is AngleForm.LINEAR:
         # w = V (alpha + theta), V that of a stream along x at zero incidence.
         stream = airspeed * lattice.tangent[:, 0]
         strips[1] = np.arctan2(strips[1], strips[0]) * airspeed * lattice.chord_axis[:, 0]
         strips[0], strips[3] = airspeed * lattice.chord_axis[:, 0], 1.0
         return Boundary(stream * (np.arctan2(level, turned) + turn), stream, strips)
+    cosine, sine = np.cos(turn), np.sin(turn)
     return Boundary(level * cosine + turned * sine, turned * cosine - level * sine, strips)
+
+
+@njit(**EXACT)
+def _along(velocity, first, second, one, other):
+    """Fill one and other (n,) with the components of velocities (n, 3) along axes (n, 3)."""
+    for i in range(one.size):
+        one[i] = velocity[i, 0] * first[i, 0] + velocity[i, 1] * first[i, 1] \
+            + velocity[i, 2] * first[i, 2]
+        other[i] = velocity[i, 0] * second[i, 0] + velocity[i, 1] * second[i, 1] \
+            + velocity[i, 2] * second[i, 2]
+
+
+@njit(**EXACT)
+def _strips(airspeed, chord, zero_lift, shift, strips):
+    """Fill the rows of `strips` below the components of the onset, see `operating_points`."""
+    for j in range(chord.size):
+        speed = math.hypot(strips[0, j], strips[1, j])
+        ramp = (strips[0, j] / max(speed, 1e-12) - FADE_END) / (FADE_BEGIN - FADE_END)
+        ramp = min(max(ramp, 0.0), 1.0)
+        strips[2, j] = chord[j]
+        strips[3, j] = ramp * ramp * (3.0 - 2.0 * ramp)
+        strips[4, j] = zero_lift[j]
+        strips[5, j] = zero_lift[j] - shift[j]
+        strips[6, j] = shift[j]
+        strips[7, j] = speed > SLOWEST_SHARE * max(airspeed, SLOWEST_SPEED)
+        strips[8, j], strips[9, j] = math.cos(-shift[j]), math.sin(-shift[j])
+        strips[10, j] = max(speed, 1e-12)
+        strips[11, j] = math.nan
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -198,10 +215,11 @@ def lattice_operator(model: Model, boundary: Boundary, response: FloatArray,
 
 def normalwash(model: Model, boundary: Boundary, delta: FloatArray) -> FloatArray:
     """Return the onset's normalwash w (p,) on panels turned by delta, controls and camber."""
-    theta = (delta - model.lattice.zero_lift)[model.lattice.panel_strip]
+    theta = delta - model.lattice.zero_lift
+    strip = model.lattice.panel_strip
     if model.settings.angle_form is AngleForm.LINEAR:
-        return boundary.level + boundary.turned * theta
-    return boundary.level * np.cos(theta) + boundary.turned * np.sin(theta)
+        return boundary.level + boundary.turned * theta[strip]
+    return boundary.level * np.cos(theta)[strip] + boundary.turned * np.sin(theta)[strip]
 
 
 def with_strip_theory(model: Model, boundary: Boundary, delta: FloatArray,

@@ -22,6 +22,7 @@ from poststall_sim.aero.model import (
     Model,
     Onset,
     StripResponse,
+    crossing,
     far_rings,
     influence,
     own_response,
@@ -100,16 +101,16 @@ def _result(model: Model, onset: Onset, boundary: Boundary, operating: Operating
     Return loads and strips of a flow.
 
     circulation (p,); row (n,) of the wake row at the trailing edge; induced (s, 3) velocity of
-    the wake at the edges' middles; rate (p,) dG/dt or None.
+    the wake at the edges' middles; rate (p,) dG/dt or None in steady flow.
     """
     lattice, settings = model.lattice, model.settings
     n = lattice.strips
-    induced = induced + (model.edge_influence @ circulation).reshape(-1, 3)
-    fade = boundary.fade[lattice.edge_strip].mean(axis=1)
-    velocity = onset.at(model.edge_arm) + fade[:, None] * induced
-    padded = np.append(circulation, 0.0)
-    strength = padded[lattice.edge_plus] - padded[lattice.edge_minus] \
-        + np.append(row, 0.0)[lattice.edge_wake]
+    matrix = model.edge_influence if rate is None else model.edge_rounded
+    bound = matrix @ circulation.astype(matrix.dtype)
+    velocity, strength = np.empty_like(lattice.edge_vector), np.empty(len(lattice.edge_vector))
+    loads.edge_flow(
+        onset.at(model.edge_arm), induced, bound, boundary.fade, lattice.edge_strip, circulation,
+        row, lattice.edge_plus, lattice.edge_minus, lattice.edge_wake, velocity, strength)
     total = np.zeros(6)
     loads.lattice_force(density, strength, velocity, lattice.edge_vector, model.edge_arm, total)
     if rate is not None:
@@ -178,7 +179,7 @@ def start(model: Model, onset: Onset, placement: Placement, deflections: FloatAr
     result = steady(model, onset, deflections, density=density, delta0=delta0)
     boundary = boundary_condition(model, onset, deflections)
     fade = boundary.fade
-    bare = -model.bound_inverse @ boundary.level
+    bare = -(model.bound_inverse @ boundary.level)
     speed = float(np.linalg.norm(onset.velocity_G))
     step = max(speed * dt, 0.02 * float(lattice.strip_chord.min()))
     rows = max(2, math.ceil(model.wake_length / step))
@@ -228,17 +229,15 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
         at_points = images.ground_velocity(
             wake, lattice, placement, flow.circulation, placement.to_inertial(model.felt.points))
         induced[:, 3:] += at_points @ placement.rotation_NG
-    foreign = induced[model.felt.panel, 3:]
-    everything = induced[model.felt.panel, :3] + foreign
-    at_edges = induced[model.felt.edge, :3] + induced[model.felt.edge, 3:]
+    everything, foreign, at_edges = wash.on_lattice(induced, model.felt, lattice.normal)
 
     response = flow.response
     direction = wake_direction(onset.velocity_G)
     if direction @ response.direction < math.cos(REFRESH_ANGLE):
         response = own_response(model, direction)
     boundary = boundary_condition(model, onset, deflections)
-    crossing = model.crossing @ flow.circulation + np.einsum('ij,ij->i', foreign, lattice.normal)
-    operator = lattice_operator(model, boundary, response.response, crossing)
+    operator = lattice_operator(
+        model, boundary, response.response, foreign + crossing(model, flow.circulation))
     if settings.separation is Separation.GOMAN_KHRABROV:
         boundary.strips[11] = separation.relaxed(
             flow.share, boundary.strips, flow.mean, flow.angle, lattice.curves,
@@ -248,16 +247,16 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
         operating = lagging(model, boundary, operator, operating, flow.delta,
                             boundary.strips[10] * dt / lattice.strip_chord)
 
-    onset_wash = normalwash(model, boundary, operating.delta) \
-        + np.einsum('ij,ij->i', everything, lattice.normal)
-    circulation = with_strip_theory(
-        model, boundary, operating.delta, -model.bound_inverse @ onset_wash)
+    normal = normalwash(model, boundary, operating.delta) + everything
+    attached, bare = -(model.bound_inverse @ np.column_stack([normal, boundary.level])).T
+    circulation = with_strip_theory(model, boundary, operating.delta, attached)
     # A faded strip has the circulation of strip theory, which in reversed flow answers the
     # normalwash with the other sign; the air that the plate carries along does not.
-    bare = -model.bound_inverse @ boundary.level
-    fade = boundary.fade[lattice.panel_strip]
-    rate = fade * _rate(circulation, flow.circulation, flow.previous, flow.steps, dt) \
-        + (1.0 - fade) * _rate(bare, flow.bare, flow.previous_bare, flow.steps, dt)
+    rate = _rate(circulation, flow.circulation, flow.previous, flow.steps, dt)
+    if not np.all(boundary.fade == 1.0):
+        fade = boundary.fade[lattice.panel_strip]
+        rate = fade * rate \
+            + (1.0 - fade) * _rate(bare, flow.bare, flow.previous_bare, flow.steps, dt)
     at_te = circulation[lattice.te_panel]
     row = wake.moving_rings[0] + (1.0 - boundary.fade) * at_te
     result = _result(

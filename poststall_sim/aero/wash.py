@@ -10,7 +10,7 @@ that distance; each can be switched off:
   behind a trailing edge one by one, and then as many for each doubling of the distance. A tail
   in the wake of its wing has the rows beside it one by one, and fewer of those ahead and behind.
 * What lies more than `NEAR` chords away is computed on the skeleton of the surface only.
-* All but the edges on the trailing edge itself is computed in float32, from nodes that were
+* All but the trailing edge as it meets itself is computed in float32, from nodes that were
   brought to the surface's own axes in float64; sums over surfaces are in float64 again.
 """
 
@@ -22,7 +22,7 @@ from numba import njit
 
 from poststall_sim.aero.kernels import grid_edges, grid_velocity
 from poststall_sim.aero.lattice import Lattice
-from poststall_sim.aero.skeleton import skeleton
+from poststall_sim.aero.skeleton import Skeleton, skeleton
 from poststall_sim.aero.wake import Placement, Wake, core, far_length
 from poststall_sim.frames import FloatArray
 
@@ -44,14 +44,14 @@ class Precision(enum.Enum):
 @dataclass(frozen=True, slots=True, eq=False)
 class Felt:
     """
-    Where wakes are felt, surface by surface: collocation points, then edges' middles.
+    Where wakes are felt, surface by surface: collocation points and edges' middles.
 
-    bounds (surfaces + 1, 4) : first node, strip, point and skeleton point of each surface;
-    points (k, 3) [m]; rounded, skeleton : those and the skeletons' in the precision of the
-    computation; weights : of each skeleton; box (surfaces, 2, 3) : least and greatest
-    coordinates; reach (surfaces,) : distance beyond which the skeleton is enough [m]; cores
-    (source, target) [m]; far : length of the closing row [m]; panel (p,), edge (s,) : the point
-    of each panel and edge.
+    bounds (surfaces + 1, 5) : first node, strip, point and skeleton point of each surface, and
+    the first of its points on the trailing edge, which are its last; points (k, 3) [m]; rounded,
+    skeleton : those and the skeletons' in the precision of the computation; weights : of each
+    skeleton; box (surfaces, 2, 3) : least and greatest coordinates; reach (surfaces,) : distance
+    beyond which the skeleton is enough [m]; cores (source, target) [m]; far : length of the
+    closing row [m]; panel (p,), edge (s,) : the point of each panel and edge.
     """
 
     bounds: np.ndarray
@@ -70,19 +70,26 @@ class Felt:
 def felt(lattice: Lattice, precision: Precision, interpolate: bool) -> Felt:
     """Return where the wakes are felt by the surfaces of a lattice."""
     grids = range(len(lattice.grids))
-    points = [np.concatenate([lattice.collocation[g.panels], lattice.edge_middle[g.edges]])
-              for g in lattice.grids]
+    everything = [np.concatenate([lattice.collocation[g.panels], lattice.edge_middle[g.edges]])
+                  for g in lattice.grids]
+    points, bounds, panel, edge = [], np.zeros((len(grids) + 1, 5), dtype=np.int64), [], []
     skeletons = [skeleton(lattice, g) for g in lattice.grids]
     if not interpolate:
-        skeletons = [type(k)(k.points_G[:0], k.weights[:, :0]) for k in skeletons]
-    bounds = np.zeros((len(grids) + 1, 4), dtype=np.int64)
-    panel, edge = [], []
+        skeletons = [Skeleton(k.points_G[:0], k.weights[:, :0]) for k in skeletons]
     for s, g in enumerate(lattice.grids):
-        panels = g.panels.stop - g.panels.start
-        bounds[s + 1] = (g.nodes.stop, g.strips.stop, bounds[s, 2] + len(points[s]),
-                         bounds[s, 3] + len(skeletons[s].points_G))
-        panel.append(np.arange(bounds[s, 2], bounds[s, 2] + panels))
-        edge.append(np.arange(bounds[s, 2] + panels, bounds[s + 1, 2]))
+        panels, strips = g.panels.stop - g.panels.start, g.strips.stop - g.strips.start
+        behind = np.concatenate([
+            np.zeros(panels, dtype=bool), lattice.edge_wake[g.edges] >= 0])
+        order = np.argsort(behind, kind='stable')
+        place = np.empty_like(order)
+        place[order] = bounds[s, 2] + np.arange(len(order))
+        points.append(everything[s][order])
+        skeletons[s] = Skeleton(skeletons[s].points_G, skeletons[s].weights[order])
+        bounds[s + 1] = (g.nodes.stop, g.strips.stop, bounds[s, 2] + len(order),
+                         bounds[s, 3] + len(skeletons[s].points_G), 0)
+        bounds[s, 4] = bounds[s + 1, 2] - strips
+        panel.append(place[:panels])
+        edge.append(place[panels:])
     real = np.dtype(precision.value)
     return Felt(
         bounds=bounds, points=np.concatenate(points),
@@ -129,6 +136,33 @@ def velocity(wake: Wake, lattice: Lattice, where: Felt, placement: Placement,
     return found, pairs
 
 
+def on_lattice(found: FloatArray, where: Felt,
+               normal: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """
+    Return what the panels and edges have of a velocity (k, 6), see `velocity`.
+
+    Normalwash (p,) of all wakes and that of other surfaces' alone, on panels with normals (p, 3),
+    and the velocity (s, 3) of all wakes at the edges' middles.
+    """
+    everything, foreign = np.empty(len(where.panel)), np.empty(len(where.panel))
+    at_edges = np.empty((len(where.edge), 3))
+    _on_lattice(found, where.panel, where.edge, normal, everything, foreign, at_edges)
+    return everything, foreign, at_edges
+
+
+@njit(**_EXACT)
+def _on_lattice(found, panel, edge, normal, everything, foreign, at_edges):
+    for i in range(panel.size):
+        own = other = 0.0
+        for c in range(3):
+            own += found[panel[i], c] * normal[i, c]
+            other += found[panel[i], 3 + c] * normal[i, c]
+        everything[i], foreign[i] = own + other, other
+    for i in range(edge.size):
+        for c in range(3):
+            at_edges[i, c] = found[edge[i], c] + found[edge[i], 3 + c]
+
+
 @njit(**_EXACT)
 def _turned(rows, origin, rotation, out):
     """Fill `out` with rows of nodes (k, n, 3) in geometry axes, (r - origin) R."""
@@ -146,8 +180,10 @@ def lengths(nodes, out):
     for i in range(out.size):
         longest = 0.0
         for k in range(nodes.shape[1]):
-            d = nodes[i + 1, k] - nodes[i, k]
-            longest = max(longest, d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+            square = 0.0
+            for c in range(3):
+                square += (nodes[i + 1, k, c] - nodes[i, k, c]) ** 2
+            longest = max(longest, square)
         out[i] = np.sqrt(longest)
 
 
@@ -272,9 +308,13 @@ def _induced(nodes, circulation, coarsen, bounds, cores, box, reach, points, rou
                     begin, end = min(begin, g), g + 1
             end = max(begin, end)
             if s == t:
-                pairs += _add_edge(own[:2], strength[:1], cores[s, t], points[here],
-                                   found[here, columns])
-            pairs += _add(own, strength, length, marks, begin, end, s == t, cores[s, t],
+                edge = slice(bounds[t, 4], bounds[t + 1, 2])
+                here = slice(bounds[t, 2], bounds[t, 4])
+                pairs += _add_edge(own[:2], strength[:1], cores[s, t], points[edge],
+                                   found[edge, columns])
+                pairs += _add(own, strength, length, marks, begin, end, True, cores[s, t],
+                              rounded[edge], found[edge, columns])
+            pairs += _add(own, strength, length, marks, begin, end, False, cores[s, t],
                           rounded[here], found[here, columns])
             for first, last in ((0, begin), (end, groups + 1)):
                 pairs += _add(own, strength, length, marks, first, last, False, cores[s, t],
