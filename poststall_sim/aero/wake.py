@@ -90,6 +90,11 @@ class Wake:
             [self.moving_rings, self.settled.rings[self.first:self.first + settled]])
 
 
+    def row(self, i: int) -> FloatArray:
+        """Return row i of the nodes (nodes, 3) in A [m]."""
+        moving = len(self.moving_A)
+        return self.moving_A[i] if i < moving else self.settled.nodes[self.first + i - moving]
+
     def alone(self) -> 'Wake':
         """Return the wake with a store of its own rows and no others."""
         kept = slice(self.first, self.first + len(self.settled_A))
@@ -131,8 +136,7 @@ def shed(wake: Wake, lattice: Lattice, placement: Placement, te_circulation: Flo
     drift = wake.drift_N + drift_N
     front = placement.to_inertial(lattice.wake_nodes) - drift
     before = wake.moving_A[0]
-    second = wake.moving_A[1] if len(wake.moving_A) > 1 else wake.settled.nodes[wake.first]
-    newest = np.linalg.norm(before - second, axis=-1).max()
+    newest = np.linalg.norm(before - wake.row(1), axis=-1).max()
     panel = lattice.strip_chord.mean() / lattice.grids[0].rows
     if newest < SHORTEST_ROW * panel:
         added = np.linalg.norm(front - before, axis=-1).max()
