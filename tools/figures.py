@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 import operating_points
+import wakes
 from PIL import Image
 from tqdm import tqdm
 from wing_tail import (
@@ -257,7 +258,7 @@ def _number(name: str) -> tuple[float, ...]:
 
 FIGURES: dict[str, Callable[[Path], None]] = dict(sorted(
     ((name.removeprefix('figure_'), found)
-     for name, found in {**vars(operating_points), **globals()}.items()
+     for name, found in {**vars(operating_points), **vars(wakes), **globals()}.items()
      if name.startswith('figure_')), key=lambda item: _number(item[0])))
 
 
@@ -284,10 +285,11 @@ def main() -> int:
     for name in tqdm(chosen, desc='figures'):
         if name == 'table':
             text = arguments.docs / 'figures.md'
-            text.write_text(re.sub(
-                r'(<!-- table 3.1 -->\n).*?(\n<!-- end -->)',
-                lambda found: found[1] + table_3_1() + found[2], text.read_text(),
-                flags=re.DOTALL))
+            for mark, table in (('3.1', table_3_1), ('wakes', wakes.table_wakes)):
+                text.write_text(re.sub(
+                    rf'(<!-- table {mark} -->\n).*?(\n<!-- end -->)',
+                    lambda found, table=table: found[1] + table() + found[2], text.read_text(),
+                    flags=re.DOTALL))
         else:
             file = arguments.docs / 'figures' / f'figure_{name}.png'
             FIGURES[name](file)

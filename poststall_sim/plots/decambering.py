@@ -31,6 +31,7 @@ class Kind(enum.Enum):
 
     SECTION = (r'section $\alpha$ [deg]', 'section $C_l$ [-]')
     LIFT = (r'wing $\alpha$ [deg]', 'wing $C_L$ [-]')
+    SURFACE = (r'wing $\alpha$ [deg]', '$C_L$ by its own area [-]')
     LOADING = ('$2y/b$ [-], port tip on the left', 'strip $C_l$ [-]')
     SPAN = ('$y$ [wing chords], port on the left', 'strip $C_l$ [-]')
     COUNT = (r'wing $\alpha$ [deg]', 'distinct solutions found')
