@@ -29,6 +29,7 @@ from poststall_sim.frames import (
     FloatArray,
     body_to_geometry,
     body_to_stability,
+    cross,
     flow_angles,
     geometry_to_body,
     rotation,
@@ -165,7 +166,7 @@ def _snapshot(model: Model, state: FlightState, aero: AeroResult, push: FloatArr
     return Snapshot(
         time_ns=state.time_ns, body=body, controls=state.controls, velocity_air_B=air_B,
         airspeed=airspeed, alpha=alpha, beta=beta,
-        acceleration_B=change[:3] + np.cross(body.rates_B, body.velocity_B),
+        acceleration_B=change[:3] + cross(body.rates_B, body.velocity_B),
         rate_change_B=change[3:], load_factor=-float(specific[2]) / GRAVITY,
         force_B=aerodynamic[:3], moment_B=aerodynamic[3:], thrust_B=push[:3],
         thrust_moment_B=push[3:], wind_N=wind_N,
