@@ -30,6 +30,8 @@ Signs:
 * Quaternions ``q_NB = [w, x, y, z]`` turn B components into N components.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -154,11 +156,11 @@ def flow_angles(airspeed_B: FloatArray) -> tuple[float, float, float]:
 
     At rest both angles are 0.
     """
-    u, v, w = airspeed_B
-    speed = float(np.sqrt(u * u + v * v + w * w))
+    u, v, w = map(float, airspeed_B)
+    speed = math.sqrt(u * u + v * v + w * w)
     if speed == 0.0:
         return 0.0, 0.0, 0.0
-    return speed, float(np.arctan2(w, u)), float(np.arcsin(np.clip(v / speed, -1.0, 1.0)))
+    return speed, math.atan2(w, u), math.asin(min(max(v / speed, -1.0), 1.0))
 
 
 def velocity_from_flow_angles(speed: float, alpha: float, beta: float) -> FloatArray:

@@ -62,13 +62,13 @@ class FlightState:
 def limited(aircraft: Aircraft, controls: Controls) -> Controls:
     """Return the controls within their limits."""
     limits = np.array([control.limits for control in aircraft.controls]).reshape(-1, 2)
-    return Controls(np.clip(controls.deflections, limits[:, 0], limits[:, 1]),
+    return Controls(np.minimum(np.maximum(controls.deflections, limits[:, 0]), limits[:, 1]),
                     min(max(controls.throttle, 0.0), 1.0))
 
 
 def placement(aircraft: Aircraft, body: BodyState) -> Placement:
     """Return where the geometry axes of an aircraft are."""
-    rotation_NG = rotation(body.q_NB) @ np.diag(geometry_to_body(np.ones(3)))
+    rotation_NG = rotation(body.q_NB) * geometry_to_body(np.ones(3))
     return Placement(body.position_N - rotation_NG @ np.array(aircraft.mass.cg_G), rotation_NG)
 
 

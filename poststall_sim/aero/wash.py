@@ -28,7 +28,7 @@ from poststall_sim.frames import FloatArray
 
 LONGEST = 0.125
 """Length of a ring made of several rows, as a share of its distance."""
-NEAR = 2.0
+NEAR = 1.5
 """Distance in chords of a surface up to which a ring is felt at each of its points."""
 
 _EXACT = {'cache': True, 'nogil': True}
