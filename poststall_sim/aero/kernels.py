@@ -128,7 +128,8 @@ def grid_velocity(x, y, z, span, stream, half_span, half_stream, width, core, po
     x, y, z : (rows of nodes * width,) nodes, row after row; span, stream : circulation of the
     edge from each node to the next one in its row and in the next row, each edge once, and
     half_span, half_stream : |edge|^2 / 2 of the same. The circulation of the edge that leaves a
-    row at its last node is zero, so that one unbroken loop over nodes serves both edges.
+    row at its last node is zero, and so is that of edges that leave the last row, so that one
+    unbroken loop over nodes serves both edges.
     core [m]; points : (n, 3); out : (n, 3), overwritten. Arrays but for `out` are of one type.
     """
     real = x.dtype.type

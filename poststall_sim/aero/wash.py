@@ -286,6 +286,7 @@ def _add_edge(nodes, circulation, width_core, points, out):
     width = nodes.shape[1]
     edges = np.empty((7, 2 * width))
     grid_edges(nodes, circulation, edges)
+    edges[4] = 0.0   # those towards the next row belong to `_add`
     velocity = np.empty(points.shape)
     grid_velocity(edges[0, :width], edges[1, :width], edges[2, :width], edges[3, :width],
                   edges[4, :width], edges[5, :width], edges[6, :width], width, width_core, points,
