@@ -30,6 +30,8 @@ Signs:
 * Quaternions ``q_NB = [w, x, y, z]`` turn B components into N components.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -97,13 +99,20 @@ def multiply(a: FloatArray, b: FloatArray) -> FloatArray:
         aw * bz + ax * by - ay * bx + az * bw])
 
 
+def cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return a x b of two vectors (3,); for one pair numpy's own takes ten times as long."""
+    ax, ay, az = map(float, a)
+    bx, by, bz = map(float, b)
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+
+
 def rotation(q: FloatArray) -> FloatArray:
     """
     Return the matrix of a unit quaternion: ``rotation(q_NB) @ v_B`` gives N components.
 
     Kuipers, Quaternions and Rotation Sequences, 1999, sec. 7.7.
     """
-    w, x, y, z = q
+    w, x, y, z = map(float, q)
     return np.array([
         [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
         [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
@@ -147,11 +156,11 @@ def flow_angles(airspeed_B: FloatArray) -> tuple[float, float, float]:
 
     At rest both angles are 0.
     """
-    u, v, w = airspeed_B
-    speed = float(np.sqrt(u * u + v * v + w * w))
+    u, v, w = map(float, airspeed_B)
+    speed = math.sqrt(u * u + v * v + w * w)
     if speed == 0.0:
         return 0.0, 0.0, 0.0
-    return speed, float(np.arctan2(w, u)), float(np.arcsin(np.clip(v / speed, -1.0, 1.0)))
+    return speed, math.atan2(w, u), math.asin(min(max(v / speed, -1.0), 1.0))
 
 
 def velocity_from_flow_angles(speed: float, alpha: float, beta: float) -> FloatArray:
@@ -169,7 +178,9 @@ def body_to_stability(vector_B: FloatArray, alpha: float) -> FloatArray:
     """
     ca, sa = np.cos(alpha), np.sin(alpha)
     x, y, z = vector_B[..., 0], vector_B[..., 1], vector_B[..., 2]
-    return np.stack([ca * x + sa * z, y, ca * z - sa * x], axis=-1)
+    out = np.empty_like(vector_B)
+    out[..., 0], out[..., 1], out[..., 2] = ca * x + sa * z, y, ca * z - sa * x
+    return out
 
 
 def control_sign(normal_G: FloatArray) -> float:

@@ -5,7 +5,7 @@
 import numpy as np
 
 from poststall_sim.aircraft import Aircraft
-from poststall_sim.frames import FloatArray, geometry_to_body
+from poststall_sim.frames import FloatArray, cross, geometry_to_body
 
 
 def thrust(aircraft: Aircraft, velocity_air_B: FloatArray,
@@ -24,5 +24,5 @@ def thrust(aircraft: Aircraft, velocity_air_B: FloatArray,
         push = throttle * engine.static_thrust * share * direction_B
         arm = np.array(engine.position_G) - np.array(aircraft.mass.cg_G)
         force += push
-        moment += np.cross(geometry_to_body(arm), push)
+        moment += cross(geometry_to_body(arm), push)
     return force, moment

@@ -65,10 +65,12 @@ def _runge_kutta(x, start, end, dt, mass, inertia, inverse, gravity, out):
     out[9:] /= np.sqrt(np.sum(out[9:] ** 2))
 
 
-def mass_matrix_inverse(mass: float, inertia_B: FloatArray, added_mass: FloatArray) -> FloatArray:
+@njit(**_EXACT)
+def mass_matrix_inverse(mass, inertia_B, added_mass):
     """Return the inverse (6, 6) of the mass matrix about the centre of gravity in B."""
-    matrix = np.array(added_mass)
-    matrix[:3, :3] += mass * np.eye(3)
+    matrix = added_mass.copy()
+    for i in range(3):
+        matrix[i, i] += mass
     matrix[3:, 3:] += inertia_B
     return np.linalg.inv(matrix)
 

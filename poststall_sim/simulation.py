@@ -29,6 +29,7 @@ from poststall_sim.frames import (
     FloatArray,
     body_to_geometry,
     body_to_stability,
+    cross,
     flow_angles,
     geometry_to_body,
     rotation,
@@ -61,13 +62,13 @@ class FlightState:
 def limited(aircraft: Aircraft, controls: Controls) -> Controls:
     """Return the controls within their limits."""
     limits = np.array([control.limits for control in aircraft.controls]).reshape(-1, 2)
-    return Controls(np.clip(controls.deflections, limits[:, 0], limits[:, 1]),
+    return Controls(np.minimum(np.maximum(controls.deflections, limits[:, 0]), limits[:, 1]),
                     min(max(controls.throttle, 0.0), 1.0))
 
 
 def placement(aircraft: Aircraft, body: BodyState) -> Placement:
     """Return where the geometry axes of an aircraft are."""
-    rotation_NG = rotation(body.q_NB) @ np.diag(geometry_to_body(np.ones(3)))
+    rotation_NG = rotation(body.q_NB) * geometry_to_body(np.ones(3))
     return Placement(body.position_N - rotation_NG @ np.array(aircraft.mass.cg_G), rotation_NG)
 
 
@@ -165,7 +166,7 @@ def _snapshot(model: Model, state: FlightState, aero: AeroResult, push: FloatArr
     return Snapshot(
         time_ns=state.time_ns, body=body, controls=state.controls, velocity_air_B=air_B,
         airspeed=airspeed, alpha=alpha, beta=beta,
-        acceleration_B=change[:3] + np.cross(body.rates_B, body.velocity_B),
+        acceleration_B=change[:3] + cross(body.rates_B, body.velocity_B),
         rate_change_B=change[3:], load_factor=-float(specific[2]) / GRAVITY,
         force_B=aerodynamic[:3], moment_B=aerodynamic[3:], thrust_B=push[:3],
         thrust_moment_B=push[3:], wind_N=wind_N,

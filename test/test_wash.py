@@ -9,6 +9,7 @@ import pytest
 import wings
 
 from poststall_sim.aero import wash
+from poststall_sim.aero.kernels import ring_influence
 from poststall_sim.aero.model import Settings, build
 from poststall_sim.aero.skeleton import skeleton
 from poststall_sim.aero.wash import Precision
@@ -44,6 +45,35 @@ def through_stall(settings):
     model = build(wings.wing_tail(), Settings(tolerance=1e-9, **settings))
     return np.array([[*result.force_G, *result.moment_G] for _, _, result in wings.march(
         model, stalled, 0.25 / 40.0, 120)])
+
+
+def test_without_savings_it_is_the_velocity_of_all_rings_one_by_one():
+    """On every point, those on the wake's own front edge too, and with the closing row."""
+    model = build(wings.wing_tail(), Settings(**wings.EXACTLY))
+    *_, (placement, flow, _) = wings.march(model, stalled, 0.25 / 40.0, 30)
+    found, _ = wash.velocity(flow.wake, model.lattice, model.felt, placement, False)
+    nodes = placement.to_geometry(flow.wake.nodes_N)
+    along = (nodes[-1] - nodes[0]).mean(axis=0)
+    far = nodes[-1:] + model.felt.far * along / np.linalg.norm(along)
+    nodes = np.concatenate([nodes, far])
+    circulation = np.concatenate([flow.wake.circulation, flow.wake.circulation[-1:]])
+    expected, bounds = np.zeros_like(found), model.felt.bounds
+    for s, source in enumerate(model.lattice.grids):
+        sheet = nodes[:, source.nodes]
+        corners = np.stack([sheet[:-1, :-1], sheet[:-1, 1:], sheet[1:, 1:], sheet[1:, :-1]],
+                           axis=2).reshape(-1, 4, 3)
+        for t in range(len(model.lattice.grids)):
+            here = slice(bounds[t, 2], bounds[t + 1, 2])
+            out = np.empty((bounds[t + 1, 2] - bounds[t, 2], len(corners), 3))
+            ring_influence(model.felt.points[here], corners,
+                           np.full(out.shape[:2], model.felt.cores[s, t]), out)
+            column = 0 if s == t else 3
+            expected[here, column:column + 3] += np.einsum(
+                'ijk,j->ik', out, circulation[:, source.strips].ravel())
+    # Round-off on the front edge, over its core; see `test_heading_and_attitude...`.
+    assert np.abs(found - expected).max() < 1e-5 * np.abs(expected).max()
+    panels = model.felt.panel
+    assert np.abs(found - expected)[panels].max() < 1e-10 * np.abs(expected).max()
 
 
 @pytest.mark.parametrize(('saving', 'lift', 'moment'), SAVINGS)

@@ -34,6 +34,8 @@ _ON_LINE = 1e-24
 """Squared sine of the angle between r1 and r2 that is round-off: the point is on the line."""
 _BLOCK = 512
 """Wake nodes worked on at a time: four arrays of this length stay in the first-level cache."""
+_VECTOR = 32
+"""Nodes in whole vectors: what is left over is done one by one, each as slow as eight."""
 
 
 @njit(**_EXACT)
@@ -112,6 +114,12 @@ def grid_edges(nodes, ring, out):
                 out[4, n] -= ring[i, k]
 
 
+@njit(**_EXACT)
+def _whole(count):
+    """Return the next multiple of `_VECTOR`."""
+    return (count + _VECTOR - 1) // _VECTOR * _VECTOR
+
+
 @njit(**_STREAM)
 def grid_velocity(x, y, z, span, stream, half_span, half_stream, width, core, points, out):
     """
@@ -120,40 +128,50 @@ def grid_velocity(x, y, z, span, stream, half_span, half_stream, width, core, po
     x, y, z : (rows of nodes * width,) nodes, row after row; span, stream : circulation of the
     edge from each node to the next one in its row and in the next row, each edge once, and
     half_span, half_stream : |edge|^2 / 2 of the same. The circulation of the edge that leaves a
-    row at its last node is zero, so that one unbroken loop over nodes serves both edges.
+    row at its last node is zero, and so is that of edges that leave the last row, so that one
+    unbroken loop over nodes serves both edges.
     core [m]; points : (n, 3); out : (n, 3), overwritten. Arrays but for `out` are of one type.
     """
-    total = x.size
     real = x.dtype.type
     core2 = real(core * core)
     one, factor = real(1.0), real(_PER_FOUR_PI)
-    rows = total // width
-    block = max(1, _BLOCK // width)
-    rx = np.empty((block + 1) * width, x.dtype)
+    # Behind the nodes come some without circulation, so that there are whole vectors of them and
+    # the last row has a next one; their edges have a length, against 0/0.
+    total = x.size
+    whole = _whole(total)
+    beyond = _whole(width)
+    edges = np.zeros((7, whole + beyond), x.dtype)
+    for k in range(total):
+        edges[0, k], edges[1, k], edges[2, k] = x[k], y[k], z[k]
+        edges[3, k], edges[4, k] = span[k], stream[k]
+        edges[5, k], edges[6, k] = half_span[k], half_stream[k]
+    for k in range(total, whole + beyond):
+        edges[0, k], edges[1, k], edges[2, k] = x[total - 1], y[total - 1], z[total - 1]
+        edges[5, k] = one
+    for k in range(total - width, whole + beyond):
+        edges[6, k] = one
+    size = min(_BLOCK, whole)
+    rx = np.empty(size + beyond, x.dtype)
     ry = np.empty_like(rx)
     rz = np.empty_like(rx)
     rn = np.empty_like(rx)
     for p in range(points.shape[0]):
         px, py, pz = points[p, 0], points[p, 1], points[p, 2]
         u = v = w = real(0.0)
-        row = 0
-        while row < rows:
-            count = min(block, rows - row)
-            last = row + count >= rows
-            nodes = (count if last else count + 1) * width
-            start = row * width
-            xs, ys, zs = x[start:start + nodes], y[start:start + nodes], z[start:start + nodes]
-            for k in range(nodes):
+        for start in range(0, whole, size):
+            count = min(size, whole - start)
+            stop = start + count
+            xs, ys = edges[0, start:stop + beyond], edges[1, start:stop + beyond]
+            zs = edges[2, start:stop + beyond]
+            for k in range(count + beyond):
                 a, b, c = px - xs[k], py - ys[k], pz - zs[k]
                 rx[k], ry[k], rz[k] = a, b, c
                 rn[k] = math.sqrt(a * a + b * b + c * c)
-            both = nodes - width
-            gs, gc = span[start:start + nodes], stream[start:start + nodes]
-            es, ec = half_span[start:start + nodes], half_stream[start:start + nodes]
-            ax, ay, az, an = rx[1:both + 1], ry[1:both + 1], rz[1:both + 1], rn[1:both + 1]
-            bx, by = rx[width:width + both], ry[width:width + both]
-            bz, bn = rz[width:width + both], rn[width:width + both]
-            for k in range(both):
+            gs, gc = edges[3, start:stop], edges[4, start:stop]
+            es, ec = edges[5, start:stop], edges[6, start:stop]
+            ax, ay, az, an = rx[1:], ry[1:], rz[1:], rn[1:]
+            bx, by, bz, bn = rx[width:], ry[width:], rz[width:], rn[width:]
+            for k in range(count):
                 a, b, c, n = rx[k], ry[k], rz[k], rn[k]
                 m1 = n * an[k]
                 m2 = n * bn[k]
@@ -169,16 +187,6 @@ def grid_velocity(x, y, z, span, stream, half_span, half_stream, width, core, po
                 u += b * sz - c * sy
                 v += c * sx - a * sz
                 w += a * sy - b * sx
-            if last:
-                for k in range(both, nodes - 1):
-                    a, b, c, n = rx[k], ry[k], rz[k], rn[k]
-                    m1 = n * rn[k + 1]
-                    d1 = m1 * (m1 + a * rx[k + 1] + b * ry[k + 1] + c * rz[k + 1]) + core2 * es[k]
-                    k1 = gs[k] * (n + rn[k + 1]) / d1
-                    u += k1 * (b * rz[k + 1] - c * ry[k + 1])
-                    v += k1 * (c * rx[k + 1] - a * rz[k + 1])
-                    w += k1 * (a * ry[k + 1] - b * rx[k + 1])
-            row += count
         out[p, 0] = factor * u
         out[p, 1] = factor * v
         out[p, 2] = factor * w

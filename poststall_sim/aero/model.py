@@ -344,6 +344,6 @@ def own_response(model: Model, direction: FloatArray) -> StripResponse:
         ring_influence(lattice.collocation[panels], rings[strips],
                        np.full(far.shape[:2], wakes.core(lattice, s, s)), far)
         alone = model.te_inverse[strips, panels]
-        wake = alone @ np.einsum('ijk,ik->ij', far, lattice.normal[panels])
+        wake = alone @ np.matmul(far, lattice.normal[panels, :, None])[..., 0]
         response[strips, panels] = np.linalg.solve(np.eye(len(wake)) + wake, alone)
     return StripResponse(direction, response)

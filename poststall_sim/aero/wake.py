@@ -14,9 +14,11 @@ Axes A are those of N, carried along by the wind: in them a shed node does not m
 """
 
 import enum
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numba import njit
 
 from poststall_sim.aero.history import History
 from poststall_sim.aero.lattice import Lattice
@@ -136,10 +138,10 @@ def shed(wake: Wake, lattice: Lattice, placement: Placement, te_circulation: Flo
     drift = wake.drift_N + drift_N
     front = placement.to_inertial(lattice.wake_nodes) - drift
     before = wake.moving_A[0]
-    newest = np.linalg.norm(before - wake.row(1), axis=-1).max()
+    newest = _farthest(before, wake.row(1))
     panel = lattice.strip_chord.mean() / lattice.grids[0].rows
     if newest < SHORTEST_ROW * panel:
-        added = np.linalg.norm(front - before, axis=-1).max()
+        added = _farthest(front, before)
         share = added / (added + newest) if added > 0.0 else 0.0
         rings = wake.moving_rings.copy()
         rings[0] += share * (te_circulation - rings[0])
@@ -150,6 +152,18 @@ def shed(wake: Wake, lattice: Lattice, placement: Placement, te_circulation: Flo
     return Wake(np.concatenate([front[None], wake.moving_A[:-1]]),
                 np.concatenate([te_circulation[None], wake.moving_rings[:-1]]),
                 settled, first, wake.rows, drift)
+
+
+@njit(cache=True, nogil=True)
+def _farthest(a, b):
+    """Return the greatest distance between nodes (n, 3) of two rows."""
+    longest = 0.0
+    for k in range(a.shape[0]):
+        square = 0.0
+        for c in range(3):
+            square += (a[k, c] - b[k, c]) ** 2
+        longest = max(longest, square)
+    return math.sqrt(longest)
 
 
 def far_length(lattice: Lattice) -> float:

@@ -28,7 +28,7 @@ from poststall_sim.frames import FloatArray
 
 LONGEST = 0.125
 """Length of a ring made of several rows, as a share of its distance."""
-NEAR = 2.0
+NEAR = 1.5
 """Distance in chords of a surface up to which a ring is felt at each of its points."""
 
 _EXACT = {'cache': True, 'nogil': True}
@@ -120,11 +120,8 @@ def velocity(wake: Wake, lattice: Lattice, where: Felt, placement: Placement,
     origin, moving = placement.origin_N - wake.drift_N, len(wake.moving_A)
     _turned(wake.moving_A[1:], origin, placement.rotation_NG, nodes[1:moving])
     _turned(wake.settled_A, origin, placement.rotation_NG, nodes[moving:rows + 1])
+    _close(nodes, where.far)
     circulation = wake.circulation
-    along = (nodes[rows] - nodes[0]).mean(axis=0)
-    length = float(np.linalg.norm(along))
-    aft = along / length if length > 0.0 else np.array([1.0, 0.0, 0.0])
-    nodes[rows + 1] = nodes[rows] + where.far * aft
     found = np.zeros((len(where.points), 6))
     on_skeleton = np.zeros((len(where.skeleton), 6))
     pairs = _induced(nodes, circulation, coarsen, where.bounds, where.cores, where.box,
@@ -172,6 +169,21 @@ def _turned(rows, origin, rotation, out):
                 rows[i, k, 2] - origin[2]
             for c in range(3):
                 out[i, k, c] = x * rotation[0, c] + y * rotation[1, c] + z * rotation[2, c]
+
+
+@njit(**_EXACT)
+def _close(nodes, far):
+    """Fill the last row of nodes: the one before, moved on by `far` [m] the way the wake goes."""
+    last, width = nodes.shape[0] - 2, nodes.shape[1]
+    along = np.zeros(3)
+    for k in range(width):
+        along += nodes[last, k] - nodes[0, k]
+    length = np.sqrt(np.sum(along * along))
+    if length > 0.0:
+        along *= far / length
+    else:
+        along[0] = far
+    nodes[last + 1] = nodes[last] + along
 
 
 @njit(**_EXACT)
@@ -274,6 +286,7 @@ def _add_edge(nodes, circulation, width_core, points, out):
     width = nodes.shape[1]
     edges = np.empty((7, 2 * width))
     grid_edges(nodes, circulation, edges)
+    edges[4] = 0.0   # those towards the next row belong to `_add`
     velocity = np.empty(points.shape)
     grid_velocity(edges[0, :width], edges[1, :width], edges[2, :width], edges[3, :width],
                   edges[4, :width], edges[5, :width], edges[6, :width], width, width_core, points,
