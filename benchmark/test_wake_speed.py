@@ -83,21 +83,21 @@ class Grid:
         placement = simulation.placement(flight.model.aircraft, flight.state.body)
         nodes = placement.to_geometry(wake.nodes_N)
         self.width = nodes.shape[1]
-        self.edges = np.empty((7, nodes.shape[0] * self.width), dtype=real)
-        grid_edges(nodes, wake.circulation, self.edges)
+        self.edges = np.empty((6, nodes.shape[0] * self.width), dtype=real)
+        cores = np.full(len(nodes), flight.model.felt.cores[0, 0])
+        grid_edges(nodes, wake.circulation, cores, self.edges)
         # The first row lies on the trailing edge, where float32 sees nothing but round-off.
         self.points = (flight.model.felt.points + [0.0, 0.0, 1e-2]).astype(real)
-        self.core = float(flight.model.felt.cores[0, 0])
         self.out = np.empty(self.points.shape, dtype=real)
         assert len(self.points) == lattice.panels + len(lattice.edge_vector)
 
     def compiled(self):
-        grid_velocity(*self.edges, self.width, self.core, self.points, self.out)
+        grid_velocity(*self.edges, self.width, self.points, self.out)
         return self.out
 
     def c(self, library):
-        library.grid(self.edges, self.edges.shape[1], self.width, self.core, len(self.points),
-                     self.points, self.out)
+        library.grid(self.edges, self.edges.shape[1], self.width, len(self.points), self.points,
+                     self.out)
         return self.out
 
 
@@ -113,8 +113,8 @@ def yardstick(tmp_path_factory):
                         str(library), '-lm'], check=True)
         found[real] = ctypes.CDLL(str(library))
         array = np.ctypeslib.ndpointer(real, flags='C_CONTIGUOUS')
-        found[real].grid.argtypes = [array, ctypes.c_int, ctypes.c_int, ctypes.c_double,
-                                     ctypes.c_int, array, array]
+        found[real].grid.argtypes = [array, ctypes.c_int, ctypes.c_int, ctypes.c_int, array,
+                                     array]
         found[real].grid.restype = None
     return found
 

@@ -7,8 +7,8 @@
  *     gcc -O3 -march=native -ffast-math -fPIC -shared -DREAL=double yardstick.c -lm
  *
  * Nodes row after row, each with the edge to the next node of its row (span) and to the node
- * below it in the next row (stream); half_span and half_stream are |edge|^2 / 2. Edges that do
- * not exist have no circulation, so that one loop over nodes needs no case for them.
+ * below it in the next row (stream); core2 is the square of their core. Edges that do not exist
+ * have no circulation, so that one loop over nodes needs no case for them.
  */
 #include <math.h>
 #include <tgmath.h>
@@ -19,18 +19,15 @@ enum { BLOCK = 512, WIDEST = 512 };
 static void add_block(int edges, int width, int with_next, const REAL *restrict x,
                       const REAL *restrict y, const REAL *restrict z, const REAL *restrict r,
                       const REAL *restrict span, const REAL *restrict stream,
-                      const REAL *restrict half_span, const REAL *restrict half_stream,
-                      REAL core2, REAL *sum)
+                      const REAL *restrict core2, REAL *sum)
 {
     REAL u = 0, v = 0, w = 0;
     if (with_next) {
         for (int k = 0; k < edges; k++) {
             const int s = k + 1, t = k + width;
             const REAL rs = r[k] * r[s], rt = r[k] * r[t];
-            const REAL ds = rs * (rs + x[k] * x[s] + y[k] * y[s] + z[k] * z[s])
-                + core2 * half_span[k];
-            const REAL dt = rt * (rt + x[k] * x[t] + y[k] * y[t] + z[k] * z[t])
-                + core2 * half_stream[k];
+            const REAL ds = rs * (rs + x[k] * x[s] + y[k] * y[s] + z[k] * z[s] + core2[k]);
+            const REAL dt = rt * (rt + x[k] * x[t] + y[k] * y[t] + z[k] * z[t] + core2[k]);
             const REAL inverse = 1 / (ds * dt);
             const REAL ks = span[k] * (r[k] + r[s]) * dt * inverse;
             const REAL kt = stream[k] * (r[k] + r[t]) * ds * inverse;
@@ -46,7 +43,7 @@ static void add_block(int edges, int width, int with_next, const REAL *restrict 
             const int s = k + 1;
             const REAL rs = r[k] * r[s];
             const REAL ks = span[k] * (r[k] + r[s])
-                / (rs * (rs + x[k] * x[s] + y[k] * y[s] + z[k] * z[s]) + core2 * half_span[k]);
+                / (rs * (rs + x[k] * x[s] + y[k] * y[s] + z[k] * z[s] + core2[k]));
             u += ks * (y[k] * z[s] - z[k] * y[s]);
             v += ks * (z[k] * x[s] - x[k] * z[s]);
             w += ks * (x[k] * y[s] - y[k] * x[s]);
@@ -57,15 +54,13 @@ static void add_block(int edges, int width, int with_next, const REAL *restrict 
     sum[2] += w;
 }
 
-/* Arguments as of grid_velocity; arrays (7, total) of edges, points and out (n, 3). width at most
+/* Arguments as of grid_velocity; arrays (6, total) of edges, points and out (n, 3). width at most
  * WIDEST. */
-void grid(const REAL *arrays, int total, int width, double core, int n, const REAL *points,
-          REAL *out)
+void grid(const REAL *arrays, int total, int width, int n, const REAL *points, REAL *out)
 {
     const REAL *node_x = arrays, *node_y = node_x + total, *node_z = node_y + total;
     const REAL *span = node_z + total, *stream = span + total;
-    const REAL *half_span = stream + total, *half_stream = half_span + total;
-    const REAL core2 = (REAL)(core * core), factor = (REAL)(0.25 / M_PI);
+    const REAL *core2 = stream + total, factor = (REAL)(0.25 / M_PI);
     const int rows = total / width, block = BLOCK / width > 1 ? BLOCK / width : 1;
     REAL x[BLOCK + WIDEST], y[BLOCK + WIDEST], z[BLOCK + WIDEST], r[BLOCK + WIDEST];
 
@@ -80,14 +75,13 @@ void grid(const REAL *arrays, int total, int width, double core, int n, const RE
                 x[k] = px - node_x[start + k];
                 y[k] = py - node_y[start + k];
                 z[k] = pz - node_z[start + k];
-                r[k] = sqrt(x[k] * x[k] + y[k] * y[k] + z[k] * z[k]);
+                r[k] = sqrt(x[k] * x[k] + y[k] * y[k] + z[k] * z[k] + core2[start + k]);
             }
             add_block(both, width, 1, x, y, z, r, span + start, stream + start,
-                      half_span + start, half_stream + start, core2, sum);
+                      core2 + start, sum);
             if (last)
                 add_block(width - 1, width, 0, x + both, y + both, z + both, r + both,
-                          span + start + both, stream + start + both, half_span + start + both,
-                          half_stream + start + both, core2, sum);
+                          span + start + both, stream + start + both, core2 + start + both, sum);
         }
         for (int c = 0; c < 3; c++)
             out[3 * p + c] = factor * sum[c];

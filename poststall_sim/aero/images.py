@@ -58,11 +58,10 @@ def _velocity(nodes: FloatArray, rings: FloatArray, cores: FloatArray,
               points: FloatArray) -> FloatArray:
     """Return the velocity (k, 3) of a grid at points (k, 3); cores (rows,) [m] of its rows."""
     width = nodes.shape[1]
-    edges = np.empty((7, len(nodes) * width))
-    grid_edges(nodes, rings, edges)
-    edges[5:] *= np.repeat(cores ** 2, width)
+    edges = np.empty((6, len(nodes) * width))
+    grid_edges(nodes, rings, cores, edges)
     out = np.empty_like(points)
-    grid_velocity(*edges, width, 1.0, points, out)
+    grid_velocity(*edges, width, points, out)
     return out
 
 

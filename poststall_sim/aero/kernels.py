@@ -3,15 +3,16 @@
 """
 Velocity induced by straight vortex segments: the only Biot-Savart code of the package.
 
-A segment of unit circulation from A to B induces at P, with r1 = P - A, r2 = P - B,
+A segment of unit circulation from A to B induces at P, with a = P - A, b = P - B,
 
-    u = 1/(4 pi) (|r1| + |r2|) / (|r1||r2| (|r1||r2| + r1.r2) + e) r1 x r2
+    u = 1/(4 pi) (r1 + r2) / (r1 r2 (r1 r2 + a.b + e)) a x b,   r^2 = |.|^2 + e,  e = core^2
 
 (Katz & Plotkin, Low-Speed Aerodynamics, 2nd ed., sec. 10.4.5, with the denominator written so
-that it needs no second branch for points on the segment's line). e = (core |B - A|)^2 / 2
-takes the velocity smoothly to zero within about one `core` of the filament; between a surface
-and its own wake the core is a mere guard against 0/0, so that the bound trailing edge and the
-fresh wake row cancel.
+that it needs no second branch for points on the segment's line). The core, in every squared
+distance (Rosenhead, Proc. R. Soc. A 127, 1930), takes the velocity smoothly to zero within about
+its length of the filament, and a segment has the velocity of its pieces, however it is cut.
+Between a surface and its own wake it is a mere guard against 0/0, so that the bound trailing
+edge and the fresh wake row cancel.
 
 Arrays only, in one set of axes, in metres. All functions are compiled, one thread, without the
 interpreter's lock. `grid_velocity` works in the float type of the nodes it is given: a constant
@@ -43,12 +44,11 @@ def _segment(px, py, pz, ax, ay, az, bx, by, bz, core):
     """Return the velocity (3 floats) at P of the unit segment A to B."""
     r1x, r1y, r1z = px - ax, py - ay, pz - az
     r2x, r2y, r2z = px - bx, py - by, pz - bz
-    r1 = math.sqrt(r1x * r1x + r1y * r1y + r1z * r1z)
-    r2 = math.sqrt(r2x * r2x + r2y * r2y + r2z * r2z)
-    lx, ly, lz = bx - ax, by - ay, bz - az
+    e = core * core
+    r1 = math.sqrt(r1x * r1x + r1y * r1y + r1z * r1z + e)
+    r2 = math.sqrt(r2x * r2x + r2y * r2y + r2z * r2z + e)
     product = r1 * r2
-    denominator = product * (product + r1x * r2x + r1y * r2y + r1z * r2z) \
-        + 0.5 * core * core * (lx * lx + ly * ly + lz * lz)
+    denominator = product * (product + r1x * r2x + r1y * r2y + r1z * r2z + e)
     if denominator <= 0.0:
         return 0.0, 0.0, 0.0
     cx, cy, cz = r1y * r2z - r1z * r2y, r1z * r2x - r1x * r2z, r1x * r2y - r1y * r2x
@@ -84,13 +84,13 @@ def ring_influence(points, corners, core, out):
 
 
 @njit(**_EXACT)
-def grid_edges(nodes, ring, out):
+def grid_edges(nodes, ring, cores, out):
     """
     Fill `out` with what `grid_velocity` wants of a grid of rings, each edge once.
 
-    nodes : (rows + 1, columns + 1, 3); ring : (rows, columns) circulation; out : (7, (rows + 1)
-    (columns + 1)) rows x, y, z, span, stream, half_span, half_stream, overwritten, of the float
-    type that is wanted there. Lengths of edges are taken before they are rounded to it.
+    nodes : (rows + 1, columns + 1, 3); ring : (rows, columns) circulation; cores : (rows + 1,)
+    [m] of the edges that leave a row of nodes; out : (6, (rows + 1) (columns + 1)) rows x, y, z,
+    span, stream, core2, overwritten, of the float type that is wanted there.
     """
     rows, width = nodes.shape[0], nodes.shape[1]
     out[3:] = 0.0
@@ -99,14 +99,7 @@ def grid_edges(nodes, ring, out):
             n = i * width + k
             for c in range(3):
                 out[c, n] = nodes[i, k, c]
-                if k + 1 < width:
-                    out[5, n] += 0.5 * (nodes[i, k + 1, c] - nodes[i, k, c]) ** 2
-                if i + 1 < rows:
-                    out[6, n] += 0.5 * (nodes[i + 1, k, c] - nodes[i, k, c]) ** 2
-            if k + 1 == width:
-                # No edge, but its core must not vanish: a point may lie on the line to the next
-                # row's first node, where 0 (circulation) would meet 1/0.
-                out[5, n] = 1.0
+            out[5, n] = cores[i] * cores[i]
             if i + 1 < rows and k + 1 < width:
                 out[3, n] += ring[i, k]
                 out[3, n + width] -= ring[i, k]
@@ -121,35 +114,31 @@ def _whole(count):
 
 
 @njit(**_STREAM)
-def grid_velocity(x, y, z, span, stream, half_span, half_stream, width, core, points, out):
+def grid_velocity(x, y, z, span, stream, core2, width, points, out):
     """
     Fill `out` with the velocity of a grid of vortex segments at points.
 
     x, y, z : (rows of nodes * width,) nodes, row after row; span, stream : circulation of the
     edge from each node to the next one in its row and in the next row, each edge once, and
-    half_span, half_stream : |edge|^2 / 2 of the same. The circulation of the edge that leaves a
+    core2 : square of their core [m^2], above 0. The circulation of the edge that leaves a
     row at its last node is zero, and so is that of edges that leave the last row, so that one
     unbroken loop over nodes serves both edges.
-    core [m]; points : (n, 3); out : (n, 3), overwritten. Arrays but for `out` are of one type.
+    points : (n, 3); out : (n, 3), overwritten. Arrays but for `out` are of one type.
     """
     real = x.dtype.type
-    core2 = real(core * core)
     one, factor = real(1.0), real(_PER_FOUR_PI)
     # Behind the nodes come some without circulation, so that there are whole vectors of them and
-    # the last row has a next one; their edges have a length, against 0/0.
+    # the last row has a next one; their edges have a core, against 0/0.
     total = x.size
     whole = _whole(total)
     beyond = _whole(width)
-    edges = np.zeros((7, whole + beyond), x.dtype)
+    edges = np.zeros((6, whole + beyond), x.dtype)
     for k in range(total):
         edges[0, k], edges[1, k], edges[2, k] = x[k], y[k], z[k]
-        edges[3, k], edges[4, k] = span[k], stream[k]
-        edges[5, k], edges[6, k] = half_span[k], half_stream[k]
+        edges[3, k], edges[4, k], edges[5, k] = span[k], stream[k], core2[k]
     for k in range(total, whole + beyond):
         edges[0, k], edges[1, k], edges[2, k] = x[total - 1], y[total - 1], z[total - 1]
         edges[5, k] = one
-    for k in range(total - width, whole + beyond):
-        edges[6, k] = one
     size = min(_BLOCK, whole)
     rx = np.empty(size + beyond, x.dtype)
     ry = np.empty_like(rx)
@@ -162,21 +151,20 @@ def grid_velocity(x, y, z, span, stream, half_span, half_stream, width, core, po
             count = min(size, whole - start)
             stop = start + count
             xs, ys = edges[0, start:stop + beyond], edges[1, start:stop + beyond]
-            zs = edges[2, start:stop + beyond]
+            zs, es = edges[2, start:stop + beyond], edges[5, start:stop + beyond]
             for k in range(count + beyond):
                 a, b, c = px - xs[k], py - ys[k], pz - zs[k]
                 rx[k], ry[k], rz[k] = a, b, c
-                rn[k] = math.sqrt(a * a + b * b + c * c)
+                rn[k] = math.sqrt(a * a + b * b + c * c + es[k])
             gs, gc = edges[3, start:stop], edges[4, start:stop]
-            es, ec = edges[5, start:stop], edges[6, start:stop]
             ax, ay, az, an = rx[1:], ry[1:], rz[1:], rn[1:]
             bx, by, bz, bn = rx[width:], ry[width:], rz[width:], rn[width:]
             for k in range(count):
                 a, b, c, n = rx[k], ry[k], rz[k], rn[k]
                 m1 = n * an[k]
                 m2 = n * bn[k]
-                d1 = m1 * (m1 + a * ax[k] + b * ay[k] + c * az[k]) + core2 * es[k]
-                d2 = m2 * (m2 + a * bx[k] + b * by[k] + c * bz[k]) + core2 * ec[k]
+                d1 = m1 * (m1 + a * ax[k] + b * ay[k] + c * az[k] + es[k])
+                d2 = m2 * (m2 + a * bx[k] + b * by[k] + c * bz[k] + es[k])
                 inverse = one / (d1 * d2)
                 k1 = gs[k] * (n + an[k]) * d2 * inverse
                 k2 = gc[k] * (n + bn[k]) * d1 * inverse

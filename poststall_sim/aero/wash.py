@@ -262,13 +262,13 @@ def _add(nodes, circulation, length, marks, begin, end, on_edge, width_core, poi
             share = length[row] / total if total > 0.0 else 1.0 / (last - first)
             for j in range(strips):
                 ring[g, j] += share * circulation[row, j]
-    edges = np.empty((7, (count + 1) * width), points.dtype)
-    grid_edges(corners, ring, edges)
+    edges = np.empty((6, (count + 1) * width), points.dtype)
+    grid_edges(corners, ring, np.full(count + 1, width_core), edges)
     if on_edge:
         edges[3, :width] = 0.0
     velocity = np.empty(points.shape, points.dtype)
-    grid_velocity(edges[0], edges[1], edges[2], edges[3], edges[4], edges[5], edges[6], width,
-                  width_core, points, velocity)
+    grid_velocity(edges[0], edges[1], edges[2], edges[3], edges[4], edges[5], width, points,
+                  velocity)
     for i in range(points.shape[0]):
         for c in range(3):
             out[i, c] += velocity[i, c]
@@ -284,13 +284,12 @@ def _add_edge(nodes, circulation, width_core, points, out):
     round-off of float32 in their distance is more than the core.
     """
     width = nodes.shape[1]
-    edges = np.empty((7, 2 * width))
-    grid_edges(nodes, circulation, edges)
+    edges = np.empty((6, 2 * width))
+    grid_edges(nodes, circulation, np.full(2, width_core), edges)
     edges[4] = 0.0   # those towards the next row belong to `_add`
     velocity = np.empty(points.shape)
     grid_velocity(edges[0, :width], edges[1, :width], edges[2, :width], edges[3, :width],
-                  edges[4, :width], edges[5, :width], edges[6, :width], width, width_core, points,
-                  velocity)
+                  edges[4, :width], edges[5, :width], width, points, velocity)
     out += velocity
     return width * points.shape[0]
 
