@@ -112,7 +112,7 @@ def rotation(q: FloatArray) -> FloatArray:
 
     Kuipers, Quaternions and Rotation Sequences, 1999, sec. 7.7.
     """
-    w, x, y, z = map(float, q)
+    w, x, y, z = q
     return np.array([
         [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
         [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],

@@ -19,8 +19,8 @@ SAVINGS = [
     # of their ranges in a march through stall.
     ({'precision': Precision.FLOAT32}, 5e-6, 3e-5),
     ({'coarsen': True}, 1e-4, 1e-4),
-    ({'interpolate': True}, 1e-3, 2e-3),
-    ({'precision': Precision.FLOAT32, 'coarsen': True, 'interpolate': True}, 1e-3, 2e-3)]
+    ({'interpolate': True}, 3e-4, 6e-4),
+    ({'precision': Precision.FLOAT32, 'coarsen': True, 'interpolate': True}, 3e-4, 6e-4)]
 
 
 def stalled(t):
