@@ -22,6 +22,7 @@ from poststall_sim.aero.decambering import (
     nonlocal_residual,
     operating_points,
     section_decambering,
+    tip_reach,
 )
 from poststall_sim.aero.model import Settings, build
 from poststall_sim.aero.polars import section_polar
@@ -139,8 +140,16 @@ class Residual:
         cl = 2.0 * circulation / (np.hypot(wash, along) * self.chord)
         weight = self.width * np.exp(
             -0.5 * ((self.y[:, None] - self.y) / self.chord[:, None]) ** 2)
-        weight[:20, 20:] = weight[20:, :20] = 0.0
-        mean = (weight / weight.sum(axis=1, keepdims=True)) @ angle
+        # A quarter of a strip beyond each tip, without lift: y of its middle and its width.
+        beyond = np.zeros((26, 26))
+        for tip in (0, 19, 20, 25):
+            width = self.width[tip]
+            apart = self.y - self.y[tip] - np.sign(self.y[tip]) * 0.625 * width
+            beyond[:, tip] = 0.25 * width * np.exp(-0.5 * (apart / self.chord) ** 2)
+        for weights in (weight, beyond):
+            weights[:20, 20:] = weights[20:, :20] = 0.0
+        total = weight.sum(axis=1) + beyond.sum(axis=1)
+        mean = (weight @ angle - beyond @ theta) / total
         wanted = np.arcsin(self.cl(mean + shift) / (2 * np.pi)) - (mean - (self.zero - shift))
         return angle, delta - wanted, cl - self.cl(angle + shift)
 
@@ -178,24 +187,60 @@ def test_every_strip_satisfies_its_closure_as_written_here(closure):
 
 @pytest.mark.parametrize('cosine', [False, True])
 def test_spanwise_mean_is_the_gaussian_integral_however_the_span_is_cut(cosine):
-    """Weights count width; a chord is the local one; surfaces keep to themselves."""
+    """
+    Weights count width; a chord is the local one; surfaces keep to themselves.
+
+    The span goes on for a quarter of a strip at each tip, where there is no load.
+    """
     stations, chords = [(0, 0, 0), (0, 5, 0)], [1.4, 0.6]
     foil = wings.potential()
     surfaces = [wings.panel_wing(foil, stations, chords, 80, symmetric=True, cosine=cosine),
                 wings.panel_wing(foil, [(6, 0, 0), (6, 0, 2)], [1, 1], 6, name='fin')]
     flat = lattices.build(wings.aircraft(surfaces, foil, area=10, chord=1, span=10), 1)
     mean = averaging(flat, 1.0)
-    assert mean.sum(axis=1) == pytest.approx(np.ones(86), abs=1e-13)
-    assert np.all(mean[:80, 80:] == 0.0) and np.all(mean[80:, :80] == 0.0)
-    y = np.linspace(-5.0, 5.0, 20001)
+    assert mean.sum(axis=(0, 2)) == pytest.approx(np.ones(86), abs=1e-13)
+    assert np.all(mean[:, :80, 80:] == 0.0) and np.all(mean[:, 80:, :80] == 0.0)
+    assert np.array_equal(np.flatnonzero(mean[1].any(axis=0)), [0, 79, 80, 85])
+    end = 5.0 + 0.25 * flat.strip_width[0]
+    y = np.linspace(-end, end, 20001)
     for j in (0, 3, 20, 40, 79):
         place = flat.quarter_chord[j, 1]
         weight = np.exp(-0.5 * ((y - place) / (1.4 - 0.16 * abs(place))) ** 2)
-        expected = (weight @ np.cos(1.3 * y + 0.2)) / weight.sum()
-        ours = mean[j, :80] @ np.cos(1.3 * flat.quarter_chord[:80, 1] + 0.2)
+        loaded = np.where(np.abs(y) < 5.0, np.cos(1.3 * y + 0.2), 0.0)
+        expected = (weight @ loaded) / weight.sum()
+        ours = mean[0, j, :80] @ np.cos(1.3 * flat.quarter_chord[:80, 1] + 0.2)
         # The rule of midpoints, strips of an eighth to a quarter of a chord: h^2/24 = 1e-3.
         assert ours == pytest.approx(expected, abs=2e-3)
-    assert averaging(flat, 0.0) == pytest.approx(np.eye(86), abs=1e-15)
+        beyond = (weight @ (y > 5.0)) / weight.sum()
+        assert mean[1, j, 79] == pytest.approx(beyond, abs=1e-3)
+    alone = averaging(flat, 0.0)
+    assert np.array_equal(alone[0], np.eye(86)) and not alone[1].any()
+
+
+def test_load_reaches_a_quarter_of_a_strip_beyond_the_tips():
+    """A wing of n strips has the lift of one n/(n + 1/2) as wide on infinitely many, attached."""
+    def lift(span, strips):
+        machine = wings.rectangular(span, strips, wings.potential())
+        return wings.steady(build(machine), 1.0, math.radians(5.0)).force_G[2]
+    fine = lift(12.0 * 320.0 / 320.5, 320)
+    for strips in (20, 40, 80):
+        assert lift(12.0 * strips / (strips + 0.5), strips) == pytest.approx(fine, rel=3e-3)
+        assert lift(12.0, strips) > fine * (1.0 + 0.3 / strips)
+
+
+def test_an_end_that_meets_another_surface_is_no_tip():
+    """A fin on a tail, closer to it than a strip is wide, and one well above it."""
+    foil = wings.potential()
+    tail = wings.panel_wing(foil, [(0, 0, 0), (0, 1.5, 0)], [1, 1], 6, symmetric=True)
+    for height, is_tip in ((0.05, False), (0.6, True)):
+        fin = wings.panel_wing(
+            foil, [(0.1, 0.1, height), (0.6, 0.1, height + 1.2)], [1, 0.6], 4, name='fin')
+        both = lattices.build(wings.aircraft([tail, fin], foil, area=3, chord=1, span=3), 2)
+        reach = 0.25 * both.strip_width
+        expected = np.zeros((2, 10))
+        expected[0, 0], expected[1, 5], expected[1, 9] = reach[0], reach[5], reach[9]
+        expected[0, 6] = reach[6] * is_tip
+        assert np.array_equal(tip_reach(both), expected)
 
 
 def test_no_air_flows_through_the_lattice_turned_by_its_decambering():
@@ -238,12 +283,13 @@ def test_jacobian_of_the_non_local_closure_is_its_derivative(linear):
         zero - shift, shift, [1.0, 1.0, 1.0, 1.0, 1.0, 0.0], np.cos(-shift), np.sin(-shift),
         np.hypot(along, across)])
     operator = rng.uniform(0.0, 0.3, (n, 2 * n + 1)) + 2.0 * np.eye(n, 2 * n + 1, n)
-    mean = rng.uniform(0.0, 1.0, (n, n))
-    mean /= mean.sum(axis=1, keepdims=True)
+    mean = rng.uniform(0.0, 1.0, (2, n, n))
+    mean /= mean.sum(axis=(0, 2))[:, None]
 
     def at(delta):
         alpha, circulation, speed, residual, change = np.empty((5, n))
-        slope, jacobian, weights = np.empty((3, n, n))
+        slope, jacobian, *weights = np.empty((4, n, n))
+        weights = np.array(weights)
         operating_points(delta, strips, operator, linear, alpha, circulation, speed)
         alpha_slopes(delta, strips, operator, linear, circulation, speed, slope)
         faded_mean(strips, mean, weights)

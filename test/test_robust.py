@@ -24,8 +24,8 @@ from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
 from poststall_sim import definition
+from poststall_sim.aero import continuation, operating, rescue, robust, solver
 from poststall_sim.aero import model as models
-from poststall_sim.aero import operating, solver
 from poststall_sim.aero.decambering import AngleForm, Closure, averaging
 from poststall_sim.aero.model import Settings, far_normalwash, wake_direction
 from poststall_sim.aero.polars import section_polar
@@ -63,7 +63,16 @@ class Recheck:
         same = lattice.strip_surface[:, None] == lattice.strip_surface
         apart = (lattice.span_place - lattice.span_place[:, None]) / lattice.strip_chord[:, None]
         weight = lattice.strip_width * np.exp(-0.5 * (apart / ell) ** 2) * same
-        self.mean = weight / weight.sum(axis=1, keepdims=True)
+        beyond = np.zeros_like(weight)      # quarters of a strip at both ends of all surfaces
+        for grid in model.lattice.grids:
+            for strip, side in ((grid.strips.start, -1.0), (grid.strips.stop - 1, 1.0)):
+                width = lattice.strip_width[strip]
+                apart = (lattice.span_place[strip] + side * 0.625 * width - lattice.span_place) \
+                    / lattice.strip_chord
+                beyond[:, strip] += 0.25 * width * np.exp(-0.5 * (apart / ell) ** 2) \
+                    * same[:, strip]
+        total = (weight + beyond).sum(axis=1, keepdims=True)
+        self.mean, self.beyond = weight / total, beyond / total
         self.cg = np.array(model.aircraft.mass.cg_G)
 
     def matrix(self, flow):
@@ -108,7 +117,8 @@ class Recheck:
             alpha = np.arctan2(strength / plate, along) - theta
             effective = np.hypot(strength / plate, along)
         apart = wrapped(alpha - alpha[:, None])
-        mean = alpha + fade * ((self.mean * fade) * apart).sum(axis=1)
+        idle = wrapped(self.zero - shift - delta - alpha[:, None])
+        mean = alpha + fade * ((self.mean * apart + self.beyond * idle) * fade).sum(axis=1)
         curve = self.cl(wrapped(mean + shift)) / (2.0 * np.pi)
         potential = curve if linear else np.arcsin(curve)
         nonlocal_ = wrapped(delta - potential + mean - (self.zero - shift))
@@ -218,13 +228,9 @@ def asked(forms):
         for closure, ell in [(Closure.LOCAL, 1.0), (Closure.NONLOCAL, 1.0)] \
                 + [(Closure.NONLOCAL, 1.5)] * (name == 'sharp'):
             reason = None
-            if closure is Closure.LOCAL and shape[1] > 26:
-                reason = 'open: strips much narrower than their chord'
-            elif closure is Closure.LOCAL and form is AngleForm.LINEAR:
-                reason = 'open: small angles on a swept wing, about one flow in a thousand'
-            if closure is Closure.NONLOCAL and name == 'sharp' and ell == 1.0 \
+            if closure is Closure.NONLOCAL and form is AngleForm.LINEAR \
                     and shape[0] != 'wing and tail':
-                reason = 'open: a fold that about one flow in a thousand meets'
+                reason = 'open: small angles on a fin that flies backwards, one in three thousand'
             marks = [pytest.mark.xfail(strict=False, reason=reason)] if reason else []
             cases.append(pytest.param(
                 shape, name, form, closure, ell, marks=marks,
@@ -256,28 +262,63 @@ def test_many_cold_starts_converge_on_other_shapes(shape, name, form, closure, e
 
 # Flows that the first solver loses, found by random search: the fallback has to bring them home.
 
-def test_a_wider_mean_leads_a_lost_non_local_solution_home(monkeypatch):
-    """Without it Newton stops short; nothing better is thrown away where it fails too."""
+def lost_by_newton(model, machine, count, seed, monkeypatch):
+    """Return the problems of random flows that Newton alone does not solve, and its residuals."""
+    lost = []
+    with monkeypatch.context() as patched:
+        patched.setattr(continuation, 'MOST', 0)
+        for flow in curves.random_flows(machine, count, seed):
+            problem = operating.steady_problem(model, flow.onset, flow.deflections)
+            arguments = (model, problem.boundary, problem.operator,
+                         np.zeros(model.lattice.strips), operating.NO_PATH)
+            alone = np.abs(operating.decamber(*arguments).residual).max()
+            if alone > TOLERANCE:
+                lost.append((arguments, alone))
+    return lost
+
+
+def test_the_path_from_attached_flow_goes_round_the_folds_that_newton_loses(monkeypatch):
+    """All of them, and within 150 Jacobians more than Newton wasted."""
     foil = curves.airfoil('sharp')
     machine = curves.swept(foil)
     model = models.build(machine, settings(Closure.NONLOCAL))
-    none = np.zeros(model.lattice.strips)
-    lost = home = 0
-    for flow in curves.random_flows(machine, 3000, 77):
-        problem = operating.steady_problem(model, flow.onset, flow.deflections)
-        arguments = (model, problem.boundary, problem.operator, none, operating.NO_PATH)
-        with monkeypatch.context() as patched:
-            patched.setattr(operating, 'WIDER', ())
-            alone = np.abs(operating.decamber(*arguments).residual).max()
-        if alone > TOLERANCE:
-            led = np.abs(operating.decamber(*arguments).residual).max()
-            assert led <= alone
-            lost, home = lost + 1, home + (led <= TOLERANCE)
-    assert home > 0, f'{lost} lost by Newton alone, none of them led home'
+    lost = lost_by_newton(model, machine, 3000, 77, monkeypatch)
+    assert len(lost) > 2
+    for arguments, _ in lost:
+        found = operating.decamber(*arguments)
+        assert np.abs(found.residual).max() <= TOLERANCE
+        assert found.iterations <= model.settings.limit + 150
 
 
-def test_scheme_d_brings_home_what_the_robust_solver_loses_on_narrow_strips(monkeypatch):
-    """A wing of 40 strips at 23 deg, exact angles: robust alone leaves it, D does not."""
+def test_nothing_better_is_thrown_away_where_the_path_is_lost_too(monkeypatch):
+    """Small angles on a fin that flies backwards: the residual is no worse than Newton's."""
+    machine = curves.swept(curves.airfoil('sharp'))
+    model = models.build(machine, settings(Closure.NONLOCAL, AngleForm.LINEAR))
+    lost = lost_by_newton(model, machine, 3000, 1, monkeypatch)
+    led = [np.abs(operating.decamber(*arguments).residual).max() for arguments, _ in lost]
+    assert max(led) > TOLERANCE
+    assert all(after <= alone for after, (_, alone) in zip(led, lost))
+
+
+def narrow(count, seed, name, form):
+    """Return wing and tail on 80 strips, its local model, and `decamber`'s arguments of flows."""
+    foil = curves.airfoil(name)
+    machine = shaped('wing and tail', 80)(foil)
+    model = models.build(machine, settings(Closure.LOCAL, form))
+    flows = curves.random_flows(machine, count, seed)
+    problems = [operating.steady_problem(model, flow.onset, flow.deflections) for flow in flows]
+    return [(model, problem.boundary, problem.operator, np.zeros(80), operating.NO_PATH)
+            for problem in problems]
+
+
+def give_up(*arguments):
+    """Stand in for `rescue.rescue` and find nothing."""
+    arguments[-2][:] = np.inf
+    return 0
+
+
+def test_a_symmetric_flow_that_robust_loses_is_rescued(monkeypatch):
+    """A wing of 40 strips at 23 deg, exact angles, the section of the demonstration."""
     foil = definition.airfoil(definition.find('airfoils', 'naca4415_re3e6'))
     machine = curves.wing_alone(foil, 40)
     model = models.build(machine, settings(Closure.LOCAL))
@@ -285,8 +326,58 @@ def test_scheme_d_brings_home_what_the_robust_solver_loses_on_narrow_strips(monk
     problem = operating.steady_problem(model, flow.onset, flow.deflections)
     arguments = (model, problem.boundary, problem.operator, np.zeros(40), operating.NO_PATH)
     assert np.abs(operating.decamber(*arguments).residual).max() <= TOLERANCE
-    monkeypatch.setattr(operating, 'SLOW_LIMIT', 0)
+    monkeypatch.setattr(operating.rescue, 'rescue', give_up)
     assert np.abs(operating.decamber(*arguments).residual).max() > TOLERANCE
+
+
+@pytest.mark.parametrize('form', AngleForm)
+def test_what_the_robust_solver_loses_on_narrow_strips_is_rescued(form, monkeypatch):
+    """Nearly half the flows with exact angles, where lift falls slowly, a tenth with linear."""
+    flows, used = narrow(20, 5, 'gentle', form), []
+    for arguments in flows:
+        found = operating.decamber(*arguments)
+        assert np.abs(found.residual).max() <= TOLERANCE
+        assert len(found.history) == found.iterations + 1
+        used.append(found.iterations)
+    lost = [k for k in range(20) if used[k] > operating.ROBUST_LIMIT]
+    assert lost
+    # What bounds the time: a second on 104 strips.
+    assert max(used) <= operating.ROBUST_LIMIT + rescue.DESCENT_LIMIT + rescue.RESCUE_LIMIT
+
+    monkeypatch.setattr(operating.rescue, 'rescue', give_up)
+    for k in lost:
+        assert np.abs(operating.decamber(*flows[k]).residual).max() > TOLERANCE
+
+
+@pytest.mark.parametrize('form', AngleForm)
+@pytest.mark.parametrize('name', curves.STALLS)
+def test_symmetric_flow_does_not_roll_on_narrow_strips(name, form):
+    """Nor differ from the same asked again: what is scattered is scattered alike on both sides."""
+    machine = shaped('wing and tail', 80)(curves.airfoil(name))
+    model = models.build(machine, settings(Closure.LOCAL, form))
+    for degrees in range(0, 56, 5):
+        flow = curves.level_flow(machine, math.radians(degrees))
+        first, again = steady(model, flow), steady(model, flow)
+        assert np.array_equal(first.strips.delta, again.strips.delta)
+        assert abs(coefficients(machine, first, 0.0)[2]) < 1e-9, f'{degrees} deg'
+
+
+@pytest.mark.parametrize('form', AngleForm)
+def test_rescue_of_what_is_not_finite_ends_and_says_so(form):
+    """Infinite air gives a residual that is not below any tolerance, and no exception."""
+    model, boundary, operator, none, _ = narrow(1, 5, 'gentle', form)[0]
+    lattice, n = model.lattice, model.lattice.strips
+    inverse, level = np.empty((n, n)), np.empty((n, n + 1))
+    robust.prepare(boundary.strips, operator, form is AngleForm.LINEAR, inverse, level)
+    history = np.zeros(rescue.DESCENT_LIMIT + rescue.RESCUE_LIMIT + 1)
+    alpha, circulation, speed, residual = (np.zeros(n) for _ in range(4))
+    used = rescue.rescue(
+        none, boundary.strips, operator * np.nan, inverse, level * np.nan,
+        form is AngleForm.LINEAR, lattice.curves, lattice.polar_index, lattice.mirror, model.mean,
+        lattice.strip_chord * lattice.strip_width, TOLERANCE, alpha, circulation, speed, residual,
+        history)
+    assert used == 0
+    assert not np.abs(residual).max() <= TOLERANCE
 
 
 def any_attitude(name, ell, count, seed):
@@ -412,10 +503,7 @@ def test_same_input_gives_same_answer_in_every_process():
     assert digest() == digest() == other.stdout.strip()
 
 
-@pytest.mark.parametrize('name', [
-    pytest.param(name, marks=pytest.mark.xfail(
-        strict=True, reason='open: the ratio is 2.4 where 1.5 is asked'))
-    if name == 'sharp' else name for name in curves.STALLS])
+@pytest.mark.parametrize('name', curves.STALLS)
 def test_lift_does_not_depend_on_the_number_of_strips(name):
     """Non-local CL on 20, 40, 80 strips: apart by no more than 1.5 times what it is attached."""
     foil, lift = curves.airfoil(name), []
@@ -450,9 +538,10 @@ def test_non_local_closure_has_one_answer(name, form, seed):
         worst = max(np.abs(found.residual).max() for found in answers)
         assert worst <= 1e-9, f'{degrees} deg, seed {seed}: {worst:.3g}'
         deltas = np.array([found.delta for found in answers])
-        # The residual's tolerance times the inverse of the Jacobian's least eigenvalue, 0.1.
+        # The residual's tolerance times the inverse of the Jacobian's least eigenvalue, 0.023 on
+        # the sharp curve at 25 deg (0.026 on twice and four times the tail's strips).
         assert np.ptp(deltas, axis=0).max() < 1e-7, f'{degrees} deg, seed {seed}'
-        assert operating.uniqueness(model, problem, deltas[0]) > 0.05, degrees
+        assert operating.uniqueness(model, problem, deltas[0]) > 0.02, degrees
 
 
 def local_solutions(model, flow, starts):

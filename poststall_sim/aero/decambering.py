@@ -66,19 +66,60 @@ def section_decambering(cl, alpha, zero_lift):
 
 def averaging(lattice: Lattice, ell: float | tuple[float, ...]) -> FloatArray:
     """
-    Return the weights (strips, strips) of the spanwise mean, rows adding up to 1.
+    Return the weights (2, strips, strips) of the spanwise mean, a strip's adding up to 1.
 
     Gaussian of standard deviation ell local chords in the distance along the span, times strip
     width, over the strips of one surface; one ell for all surfaces or one for each; ell = 0
-    gives the identity.
+    gives the identity. weights[0] are those of the strips' angles.
+
+    The strips' load is that of a wing that reaches a quarter of a strip beyond its tips, and the
+    mean has to reach as far. weights[1] are those of these quarters, and zero but at tips. All
+    the load is in the strips' sum already, so the quarter beside a strip counts with the angle at
+    which that strip has no lift. Without it the mean at a tip is too great in proportion to the
+    strip's width over the chord, and the tips of a coarse lattice stall too early.
     """
-    place = lattice.span_place
-    width = np.broadcast_to(ell, len(lattice.grids))[lattice.strip_surface] * lattice.strip_chord
-    distance = (place[None, :] - place[:, None]) / np.maximum(width, 1e-9)[:, None]
-    weight = lattice.strip_width[None, :] * np.exp(-0.5 * np.minimum(distance ** 2, 1400.0))
-    weight[weight < 1e-12 * weight.max(axis=1, keepdims=True)] = 0.0
-    weight[lattice.strip_surface[:, None] != lattice.strip_surface[None, :]] = 0.0
-    return weight / weight.sum(axis=1, keepdims=True)
+    place, half = lattice.span_place, 0.5 * lattice.strip_width
+    sigma = np.broadcast_to(ell, len(lattice.grids))[lattice.strip_surface] * lattice.strip_chord
+    weights = np.zeros((2, lattice.strips, lattice.strips))
+    left, right = tip_reach(lattice)
+    for weight, middle, width in (
+            (weights[0], place, lattice.strip_width),
+            (weights[1], place - half - 0.5 * left, left),
+            (weights[1], place + half + 0.5 * right, right)):
+        distance = (middle[None, :] - place[:, None]) / np.maximum(sigma, 1e-9)[:, None]
+        weight += width[None, :] * np.exp(-0.5 * np.minimum(distance ** 2, 1400.0))
+    weights[:, lattice.strip_surface[:, None] != lattice.strip_surface[None, :]] = 0.0
+    weights[weights < 1e-12 * weights.max(axis=(0, 2))[:, None]] = 0.0
+    return weights / weights.sum(axis=(0, 2))[:, None]
+
+
+def tip_reach(lattice: Lattice) -> FloatArray:
+    """
+    Return how far (2, n) the lattice's load reaches beyond a strip's left and right edge [m].
+
+    A quarter of its width at a tip: n equal strips have the lift of a wing n + 1/2 strips wide
+    (the tip inset of G. R. Hough, J. Aircraft 10, 1973, read the other way round). An end closer
+    to another surface's trailing edge than the strip is wide is no tip: the lattice does not
+    resolve the gap, and load goes over.
+    """
+    nodes, width = lattice.wake_nodes, lattice.strip_width
+    reach = np.zeros((2, len(width)))
+    for grid in lattice.grids:
+        own = nodes[grid.nodes]
+        for side, strip, end in ((0, grid.strips.start, own[0]),
+                                 (1, grid.strips.stop - 1, own[-1])):
+            gap = min((_distance(end, nodes[other.nodes]) for other in lattice.grids
+                       if other is not grid), default=math.inf)
+            if gap >= width[strip]:
+                reach[side, strip] = 0.25 * width[strip]
+    return reach
+
+
+def _distance(point: FloatArray, line: FloatArray) -> float:
+    """Return the distance of a point (3,) from a line through points (k, 3)."""
+    along, to = np.diff(line, axis=0), point - line[:-1]
+    share = np.sum(to * along, axis=1) / np.sum(along ** 2, axis=1)
+    return float(np.linalg.norm(to - np.clip(share, 0.0, 1.0)[:, None] * along, axis=1).min())
 
 
 @njit(**EXACT)
@@ -218,43 +259,57 @@ def _larger(worst, value):
 @njit(**SUM)
 def faded_mean(strips, mean, weights):
     """
-    Fill the weights (n, n) of the spanwise mean at an onset, rows adding up to 1.
+    Fill the weights (2, n, n) of the spanwise mean at an onset, a strip's adding up to 1.
 
-    mean : (n, n) see `averaging`. A strip that has faded into strip theory neither reads its
+    mean : (2, n, n) see `averaging`. A strip that has faded into strip theory neither reads its
     neighbours nor is read: between a strip in forward and one in reversed flow there is no mean.
     """
-    n = mean.shape[0]
+    n = mean.shape[1]
     for j in range(n):
         left = 1.0
-        for k in range(n):
-            weights[j, k] = strips[3, j] * mean[j, k] * strips[3, k]
-            left -= weights[j, k]
-        weights[j, j] += left
+        for i in range(2):
+            for k in range(n):
+                weights[i, j, k] = strips[3, j] * mean[i, j, k] * strips[3, k]
+                left -= weights[i, j, k]
+        weights[0, j, j] += left
 
 
 @njit(**SUM)
-def mean_angles(alpha, weights, mean):
+def mean_angles(delta, strips, alpha, weights, mean):
     """
     Fill the spanwise means (n,) of the sections' angles alpha (n,) [rad].
 
-        mean_j = alpha_j + sum_k weights_jk (alpha_k - alpha_j)
+        mean_j = alpha_j + sum_k (weights_0jk (alpha_k - alpha_j) + weights_1jk (idle_k - alpha_j))
 
-    weights (n, n) from `faded_mean`.
+    idle = alpha_0L - delta, the angle of a strip without lift; weights (2, n, n) from
+    `faded_mean`.
     """
     n = alpha.size
     low = high = alpha[0]
     for k in range(n):
         low, high = min(low, alpha[k]), max(high, alpha[k])
+        if weights[1, k, k] != 0.0:
+            idle = strips[5, k] - delta[k]
+            low, high = min(low, idle), max(high, idle)
     for j in range(n):
         total = 0.0
         if high - low < math.pi:
             for k in range(n):
-                total += weights[j, k] * alpha[k]
+                total += weights[0, j, k] * alpha[k]
         else:     # a difference may cross +-180 deg
             total = alpha[j]
             for k in range(n):
-                total += weights[j, k] * wrap(alpha[k] - alpha[j])
+                total += weights[0, j, k] * wrap(alpha[k] - alpha[j])
         mean[j] = total
+    for k in range(n):
+        if weights[1, k, k] == 0.0:     # no tip
+            continue
+        idle = strips[5, k] - delta[k]
+        for j in range(n):
+            if high - low < math.pi:
+                mean[j] += weights[1, j, k] * idle
+            else:
+                mean[j] += weights[1, j, k] * wrap(idle - alpha[j])
 
 
 @njit(**SUM)
@@ -267,12 +322,12 @@ def nonlocal_residual(delta, strips, linear, curves, polar_index, weights, alpha
         D(a) = asin(cl(a + shift) / 2 pi) - (a - alpha_0L),  linear: cl / 2 pi for the asin
 
     With row 11 of strips a number, D is that of a section with this share of its attached lift,
-    see `separation`. weights (n, n) from `faded_mean`; alpha (n,) from `operating_points`;
+    see `separation`. weights (2, n, n) from `faded_mean`; alpha (n,) from `operating_points`;
     residual (n,) F and change (n,) dD/da filled. Strips without flow are left out: they keep
     their decambering.
     """
     n = delta.size
-    mean_angles(alpha, weights, residual)
+    mean_angles(delta, strips, alpha, weights, residual)
     worst = 0.0
     for j in range(n):
         if strips[7, j] == 0.0:
@@ -313,12 +368,12 @@ def strip_theory(delta, strips, linear, curves, polar_index):
 
 @njit(**SUM)
 def nonlocal_jacobian(weights, change, slope, jacobian):
-    """Fill dF/d delta = I - diag(dD/da) weights (d alpha / d delta), (n, n)."""
+    """Fill dF/d delta = I - diag(dD/da) (weights_0 (d alpha / d delta) - weights_1), (n, n)."""
     n = change.size
-    np.dot(weights, slope, jacobian)
+    np.dot(weights[0], slope, jacobian)
     for j in range(n):
         for k in range(n):
-            jacobian[j, k] *= -change[j]
+            jacobian[j, k] = change[j] * (weights[1, j, k] - jacobian[j, k])
         jacobian[j, j] += 1.0
 
 

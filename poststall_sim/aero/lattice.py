@@ -268,8 +268,9 @@ def build(aircraft: Aircraft, rows: int) -> Lattice:
     for array in (*arrays.values(), *landmark.values(), flap_angle, flap_shift, mirror):
         array.setflags(write=False)
     return Lattice(
-        grids=tuple(grids), mirror=mirror, curves=read_only(np.stack([p.curve for p in distinct])),
-        polar_index=polar_index, flap_angle=flap_angle, flap_shift=flap_shift,
+        grids=tuple(grids), mirror=mirror,
+        curves=read_only(np.stack([p.curve for p in distinct])), polar_index=polar_index,
+        flap_angle=flap_angle, flap_shift=flap_shift,
         strip_names=tuple(f'{grid.name}_{i + 1}' for grid in grids
                           for i in range(grid.strips.stop - grid.strips.start)),
         **landmark, **arrays)

@@ -115,7 +115,7 @@ class Model:
     bound (p, p) : normalwash of unit rings on collocation points; bound_inverse; te_inverse (n,
     p) : circulation at the trailing edges per unit normalwash, each surface alone, with no wake;
     edge_influence (3 s, p) : velocity of unit rings at the edges' middles, and edge_rounded the
-    same in the precision of the march; felt : where the wake is; mean (n, n) : see `averaging`;
+    same in the precision of the march; felt : where the wake is; mean (2, n, n) : see `averaging`;
     added_mass (6, 6) : in B about the centre of gravity, per unit density; te_rows (n, p) picks
     trailing-edge rings; trajectory (n,) by scheme : d cl / d delta [1/rad] along which schemes A
     to D move a strip; the arms of collocation points, edges and quarter chords are from the

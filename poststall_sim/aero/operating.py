@@ -9,14 +9,13 @@ import numpy as np
 from numba import njit
 from scipy.linalg import lu_factor, lu_solve
 
-from poststall_sim.aero import robust, schemes
+from poststall_sim.aero import continuation, rescue, robust, schemes
 from poststall_sim.aero.decambering import (
     EXACT,
     TWO_PI,
     AngleForm,
     Closure,
     alpha_slopes,
-    averaging,
     faded_mean,
     nonlocal_jacobian,
     nonlocal_residual,
@@ -32,10 +31,9 @@ FADE_BEGIN, FADE_END = math.cos(math.radians(60.0)), math.cos(math.radians(75.0)
 """A strip whose flow leaves the chord by more fades from the lattice into strip theory."""
 SLOWEST_SHARE, SLOWEST_SPEED = 0.05, 0.5
 """A strip below this share of the airspeed, or of 0.5 m/s, keeps its decambering."""
-WIDER = (2.0, 1.4, 1.15, 1.0)
-"""Averaging lengths, times the one asked for, through which a lost non-local solution is led."""
-SLOW_LIMIT = 2000
-"""Iterations of scheme D where the robust solver gives up."""
+ROBUST_LIMIT = 40
+"""Iterations of the robust solver before a flow is left to `rescue`: on narrow strips it would go
+on sweeping for seconds where the rescue takes a tenth of one."""
 NO_PATH = np.empty((0, 0))
 
 
@@ -142,35 +140,37 @@ def decamber(model: Model, boundary: Boundary, operator: FloatArray,
         delta[:] = 0.0
         operating_points(delta, boundary.strips, operator, linear, alpha, circulation, speed)
     elif settings.closure is Closure.NONLOCAL:
+        problem = (boundary.strips, operator, linear, *curves)
         iterations = first = schemes.newton(
-            delta, boundary.strips, operator, linear, *curves, model.mean, settings.tolerance,
-            settings.limit, *found, history)
+            delta, *problem, model.mean, settings.tolerance, settings.limit, *found, history)
         if not np.abs(residual).max() <= settings.tolerance:
-            # Near a fold: come from a wider mean, whose solution is unique.
+            # Near a fold: go round it, on the path from attached flow.
             best = [array.copy() for array in (delta, *found)]
-            for wider in WIDER:
-                mean = averaging(lattice, tuple(wider * np.broadcast_to(settings.ell, (
-                    len(lattice.grids)))))
+            led, used = continuation.follow(
+                np.where(boundary.strips[7] == 0.0, delta, 0.0), *problem, model.mean)
+            iterations += used
+            if led is not None:
+                delta[:] = led
                 iterations += schemes.newton(
-                    delta, boundary.strips, operator, linear, *curves, mean, settings.tolerance,
-                    settings.limit, *found, np.zeros(settings.limit + 1))
-            _keep_better(best, (delta, *found))
+                    delta, *problem, model.mean, settings.tolerance, settings.limit, *found,
+                    np.zeros(settings.limit + 1))
+                _keep_better(best, (delta, *found))
             history = np.append(history[:first + 1], np.abs(residual).max())
     elif settings.scheme is Scheme.ROBUST:
         inverse, level = np.empty((n, n)), np.empty((n, n + 1))
         robust.prepare(boundary.strips, operator, linear, inverse, level)
         iterations = first = robust.robust(
             delta, boundary.strips, operator, inverse, level, linear, *curves, lattice.mirror,
-            settings.tolerance, settings.limit, *found, history)
+            settings.tolerance, min(settings.limit, ROBUST_LIMIT), *found, history)
         if not np.abs(residual).max() <= settings.tolerance:
-            # Strips much narrower than their chord swing too far alone; scheme D goes slowly.
             best = [array.copy() for array in (delta, *found)]
-            delta[:] = 0.0
-            history = np.concatenate([history[:first], np.zeros(SLOW_LIMIT + 1)])
-            iterations += schemes.relaxation(
-                delta, boundary.strips, operator, linear, *curves,
-                model.trajectory[Scheme.D], False, 1.0, False, lattice.mirror,
-                settings.tolerance, SLOW_LIMIT, *found, history[first:], NO_PATH)
+            delta[:] = start if settings.start is Start.GIVEN else 0.0
+            history = np.concatenate([
+                history[:first], np.zeros(rescue.DESCENT_LIMIT + rescue.RESCUE_LIMIT + 1)])
+            iterations += rescue.rescue(
+                delta, boundary.strips, operator, inverse, level, linear, *curves,
+                lattice.mirror, model.mean, lattice.strip_chord * lattice.strip_width,
+                settings.tolerance, *found, history[first:])
             _keep_better(best, (delta, *found))
     else:
         iterations = schemes.relaxation(
@@ -283,7 +283,7 @@ def uniqueness(model: Model, problem: SteadyProblem, delta: FloatArray) -> float
     operating_points(delta, strips, problem.operator, linear, alpha, circulation, speed)
     alpha_slopes(delta, strips, problem.operator, linear, circulation, speed, slope)
     if model.settings.closure is Closure.NONLOCAL:
-        change, weights = np.empty(n), np.empty((n, n))
+        change, weights = np.empty(n), np.empty((2, n, n))
         faded_mean(strips, model.mean, weights)
         nonlocal_residual(delta, strips, linear, lattice.curves, lattice.polar_index, weights,
                           alpha, residual, change)

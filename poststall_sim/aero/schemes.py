@@ -54,7 +54,7 @@ class Start(enum.Enum):
 
 LARGEST_STEP = math.radians(20.0)
 """No strip's decambering changes by more in one Newton step."""
-GAIN = 0.2
+GAIN = 0.4
 """Broyden's steps go on while each brings the sum of squares down to this share."""
 
 
@@ -72,9 +72,12 @@ def newton(delta, strips, operator, linear, curves, polar_index, mean, tolerance
     """
     n = delta.size
     slope, jacobian, change = np.empty((n, n)), np.empty((n, n)), np.empty(n)
-    weights, steps = np.empty((n, n)), np.empty((MOST_STEPS, n))
+    steps = np.empty((MOST_STEPS, n))
     step = steps[0]
-    faded_mean(strips, mean, weights)
+    weights = mean
+    if strips[3].min() < 1.0:
+        weights = np.empty_like(mean)
+        faded_mean(strips, mean, weights)
     strip_theory(delta, strips, linear, curves, polar_index)
     current, trial = delta.copy(), delta.copy()
     operating_points(current, strips, operator, linear, alpha, circulation, speed)

@@ -84,9 +84,10 @@ def geometric_angle(strips: FloatArray) -> FloatArray:
     return np.arctan2(strips[1], strips[0])
 
 
-def mean_angle(strips: FloatArray, mean: FloatArray, alpha: FloatArray) -> FloatArray:
+def mean_angle(strips: FloatArray, mean: FloatArray, delta: FloatArray,
+               alpha: FloatArray) -> FloatArray:
     """Return the angles (n,) at which the sections' curves are read; mean : see `averaging`."""
     weights, angles = np.empty_like(mean), np.empty_like(alpha)
     faded_mean(strips, mean, weights)
-    mean_angles(alpha, weights, angles)
+    mean_angles(delta, strips, alpha, weights, angles)
     return angles

@@ -198,7 +198,8 @@ def start(model: Model, onset: Onset, placement: Placement, deflections: FloatAr
         placement = Placement(np.zeros(3), np.eye(3))
     wake = wakes.straight(lattice, placement, step * direction, rows, strength,
                           1 + model.settings.free_rows if free else 1)
-    mean = separation.mean_angle(boundary.strips, model.mean, result.strips.alpha)
+    mean = separation.mean_angle(
+        boundary.strips, model.mean, result.strips.delta, result.strips.alpha)
     return FlowState(
         wake=wake, circulation=circulation, previous=circulation, bare=bare, previous_bare=bare,
         shed=0.5 * shed if at_rest else shed, delta=result.strips.delta,
@@ -272,7 +273,8 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
         wake=wake, circulation=circulation, previous=flow.circulation, bare=bare,
         previous_bare=flow.bare, shed=boundary.fade * at_te, delta=operating.delta,
         share=boundary.strips[11],
-        mean=separation.mean_angle(boundary.strips, model.mean, operating.alpha),
+        mean=separation.mean_angle(
+            boundary.strips, model.mean, operating.delta, operating.alpha),
         angle=separation.geometric_angle(boundary.strips),
         response=response, row_G=flow.row_G, steps=flow.steps + 1), result
 
