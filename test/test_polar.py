@@ -264,7 +264,7 @@ def test_the_figures_of_the_docs_are_there_and_small():
     named = re.findall(r'\]\(figures/(\w+)\.png\)', text)
     files = {path.stem: path.stat().st_size for path in (DOCS / 'figures').iterdir()}
     numbers = ['2_1', '2_3', '2_4', *(f'3_{k}' for k in (*range(1, 10), 11, 12, 14))]
-    assert named == [f'figure_{name}' for name in (*numbers, 'solutions', 'strips')]
+    assert named == [f'figure_{name}' for name in (*numbers, 'solutions', 'strips', 'wakes')]
     assert set(files) == set(named)
     assert max(files.values()) < 200_000 and sum(files.values()) < 3_000_000
     assert len(re.findall(r'^\| [ABCD] \| ', text, re.MULTILINE)) == 8

@@ -262,12 +262,13 @@ def test_many_cold_starts_converge_on_other_shapes(shape, name, form, closure, e
 
 # Flows that the first solver loses, found by random search: the fallback has to bring them home.
 
-def lost_by_newton(model, machine, count, seed, monkeypatch):
-    """Return the problems of random flows that Newton alone does not solve, and its residuals."""
+def lost_by_newton(model, machine, seed, places, monkeypatch):
+    """Return the problems at places of 3000 random flows that Newton alone does not solve."""
     lost = []
     with monkeypatch.context() as patched:
         patched.setattr(continuation, 'MOST', 0)
-        for flow in curves.random_flows(machine, count, seed):
+        flows = curves.random_flows(machine, 3000, seed)
+        for flow in [flows[i] for i in places]:
             problem = operating.steady_problem(model, flow.onset, flow.deflections)
             arguments = (model, problem.boundary, problem.operator,
                          np.zeros(model.lattice.strips), operating.NO_PATH)
@@ -278,11 +279,12 @@ def lost_by_newton(model, machine, count, seed, monkeypatch):
 
 
 def test_the_path_from_attached_flow_goes_round_the_folds_that_newton_loses(monkeypatch):
-    """All of them, and within 150 Jacobians more than Newton wasted."""
+    """All that Newton loses of 3000, and within 150 Jacobians more than it wasted."""
     foil = curves.airfoil('sharp')
     machine = curves.swept(foil)
     model = models.build(machine, settings(Closure.NONLOCAL))
-    lost = lost_by_newton(model, machine, 3000, 77, monkeypatch)
+    lost = lost_by_newton(model, machine, 77, (
+        367, 685, 728, 1268, 1466, 1469, 1794, 2275, 2569, 2756), monkeypatch)
     assert len(lost) > 2
     for arguments, _ in lost:
         found = operating.decamber(*arguments)
@@ -294,7 +296,8 @@ def test_nothing_better_is_thrown_away_where_the_path_is_lost_too(monkeypatch):
     """Small angles on a fin that flies backwards: the residual is no worse than Newton's."""
     machine = curves.swept(curves.airfoil('sharp'))
     model = models.build(machine, settings(Closure.NONLOCAL, AngleForm.LINEAR))
-    lost = lost_by_newton(model, machine, 3000, 1, monkeypatch)
+    lost = lost_by_newton(
+        model, machine, 1, (38, 847, 1090, 1191, 1431, 1583, 1629, 2211), monkeypatch)
     led = [np.abs(operating.decamber(*arguments).residual).max() for arguments, _ in lost]
     assert max(led) > TOLERANCE
     assert all(after <= alone for after, (_, alone) in zip(led, lost))
