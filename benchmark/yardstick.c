@@ -26,8 +26,10 @@ static void add_block(int edges, int width, int with_next, const REAL *restrict 
         for (int k = 0; k < edges; k++) {
             const int s = k + 1, t = k + width;
             const REAL rs = r[k] * r[s], rt = r[k] * r[t];
-            const REAL ds = rs * (rs + x[k] * x[s] + y[k] * y[s] + z[k] * z[s] + core2[k]);
-            const REAL dt = rt * (rt + x[k] * x[t] + y[k] * y[t] + z[k] * z[t] + core2[k]);
+            const REAL es = rs + x[k] * x[s] + y[k] * y[s] + z[k] * z[s];
+            const REAL et = rt + x[k] * x[t] + y[k] * y[t] + z[k] * z[t];
+            const REAL ds = rs * ((es > 0 ? es : 0) + core2[k]);
+            const REAL dt = rt * ((et > 0 ? et : 0) + core2[k]);
             const REAL inverse = 1 / (ds * dt);
             const REAL ks = span[k] * (r[k] + r[s]) * dt * inverse;
             const REAL kt = stream[k] * (r[k] + r[t]) * ds * inverse;
@@ -42,8 +44,8 @@ static void add_block(int edges, int width, int with_next, const REAL *restrict 
         for (int k = 0; k < edges; k++) {
             const int s = k + 1;
             const REAL rs = r[k] * r[s];
-            const REAL ks = span[k] * (r[k] + r[s])
-                / (rs * (rs + x[k] * x[s] + y[k] * y[s] + z[k] * z[s] + core2[k]));
+            const REAL es = rs + x[k] * x[s] + y[k] * y[s] + z[k] * z[s];
+            const REAL ks = span[k] * (r[k] + r[s]) / (rs * ((es > 0 ? es : 0) + core2[k]));
             u += ks * (y[k] * z[s] - z[k] * y[s]);
             v += ks * (z[k] * x[s] - x[k] * z[s]);
             w += ks * (x[k] * y[s] - y[k] * x[s]);

@@ -281,7 +281,10 @@ def test_jacobian_of_the_non_local_closure_is_its_derivative(linear):
     strips = np.stack([
         along, across, rng.uniform(0.5, 1.5, n), [1.0, 1.0, 0.6, 0.3, 0.0, 0.0], zero,
         zero - shift, shift, [1.0, 1.0, 1.0, 1.0, 1.0, 0.0], np.cos(-shift), np.sin(-shift),
-        np.hypot(along, across)])
+        np.hypot(along, across),
+        # Two strips with a share of their attached lift, the others on their curves.
+        [math.nan, 0.7 if not linear else math.nan, math.nan, 0.9 if not linear else math.nan,
+         math.nan, math.nan]])
     operator = rng.uniform(0.0, 0.3, (n, 2 * n + 1)) + 2.0 * np.eye(n, 2 * n + 1, n)
     mean = rng.uniform(0.0, 1.0, (2, n, n))
     mean /= mean.sum(axis=(0, 2))[:, None]

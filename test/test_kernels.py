@@ -248,3 +248,17 @@ def test_compiled_kernels_return_what_their_python_source_returns(rng):
     getattr(ring_influence, 'py_func', ring_influence)(points, corners, core, python)
     # The same operations in the same order; contraction to fused steps is all that may differ.
     assert np.abs(compiled - python).max() < 1e-15
+
+
+@pytest.mark.parametrize('real', [np.float32, np.float64])
+def test_points_on_segments_and_on_nodes_get_numbers(real):
+    """In the plane of a sheet, on its edges' middles, its nodes and the lines beyond them."""
+    nodes = np.stack([*np.meshgrid(0.25 * np.arange(5.0), np.arange(4.0), indexing='ij'),
+                      np.zeros((5, 4))], axis=-1)
+    x, y = np.meshgrid(0.125 * np.arange(-2.0, 11.0), 0.5 * np.arange(-1.0, 8.0))
+    points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    for core in (1e-5, 0.05):
+        velocity = grid(points, nodes, np.ones((4, 3)), core, real=real)
+        assert np.isfinite(velocity).all()
+        # Nothing in the plane but across it, and no more than rings an eighth of a panel away.
+        assert np.abs(velocity[:, :2]).max() < 1e-5 and np.abs(velocity[:, 2]).max() < 10.0

@@ -126,7 +126,7 @@ def grid_velocity(x, y, z, span, stream, core2, width, points, out):
     points : (n, 3); out : (n, 3), overwritten. Arrays but for `out` are of one type.
     """
     real = x.dtype.type
-    one, factor = real(1.0), real(_PER_FOUR_PI)
+    none, one, factor = real(0.0), real(1.0), real(_PER_FOUR_PI)
     # Behind the nodes come some without circulation, so that there are whole vectors of them and
     # the last row has a next one; their edges have a core, against 0/0.
     total = x.size
@@ -163,8 +163,9 @@ def grid_velocity(x, y, z, span, stream, core2, width, points, out):
                 a, b, c, n = rx[k], ry[k], rz[k], rn[k]
                 m1 = n * an[k]
                 m2 = n * bn[k]
-                d1 = m1 * (m1 + a * ax[k] + b * ay[k] + c * az[k] + es[k])
-                d2 = m2 * (m2 + a * bx[k] + b * by[k] + c * bz[k] + es[k])
+                # On a segment what is not core vanishes; in float32 its round-off outweighs that.
+                d1 = m1 * (max(m1 + a * ax[k] + b * ay[k] + c * az[k], none) + es[k])
+                d2 = m2 * (max(m2 + a * bx[k] + b * by[k] + c * bz[k], none) + es[k])
                 inverse = one / (d1 * d2)
                 k1 = gs[k] * (n + an[k]) * d2 * inverse
                 k2 = gc[k] * (n + bn[k]) * d1 * inverse
