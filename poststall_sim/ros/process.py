@@ -41,6 +41,12 @@ class _Signals:
         self.building = False
         signal.setitimer(signal.ITIMER_REAL, 0.0)
 
+    @staticmethod
+    def ended() -> None:
+        """Hear nothing any more: the interpreter, on its way out, would die of a signal."""
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_IGN)
+
     def _heard(self, number: int, frame: object) -> None:
         self.asked = True
         if self.building:
@@ -87,4 +93,5 @@ def run(name: str, make: Callable[[], Node], args: list[str] | None = None) -> i
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
+        signals.ended()
     return getattr(node, 'exit_code', None) or 0
