@@ -39,6 +39,9 @@ from poststall_sim.state import BodyState, Controls, Snapshot, Status
 
 CALM = np.zeros(3)
 
+Gusts = Callable[[float, FloatArray], FloatArray]
+"""Velocity of the air (k, 3) in N [m/s] at a time [s] and at points (k, 3) in N [m]."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlightState:
@@ -77,8 +80,10 @@ def _air_velocity(body: BodyState, wind_N: FloatArray) -> FloatArray:
     return body.velocity_B - rotation(body.q_NB).T @ wind_N
 
 
-def _onset(body: BodyState, wind_N: FloatArray) -> Onset:
-    return Onset(body_to_geometry(-_air_velocity(body, wind_N)), body_to_geometry(body.rates_B))
+def _onset(body: BodyState, wind_N: FloatArray,
+           gust: Callable[[FloatArray], FloatArray] | None = None) -> Onset:
+    return Onset(body_to_geometry(-_air_velocity(body, wind_N)), body_to_geometry(body.rates_B),
+                 gust)
 
 
 def begin(model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
@@ -100,12 +105,13 @@ def begin(model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
 
 
 def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
-         wind_N: FloatArray = CALM) -> tuple[FlightState, Snapshot]:
+         wind_N: FloatArray = CALM, gusts: Gusts | None = None) -> tuple[FlightState, Snapshot]:
     """
     Return state and snapshot one step later; nothing is changed in place.
 
-    controls are those of the step's end, limited here. A value that is not finite makes the
-    snapshot's status DIVERGED; it is for the caller to go back to the old state.
+    controls are those of the step's end, limited here. gusts : what the air has more than wind_N
+    at a time and at places; the aircraft, its engines and its wake feel them. A value that is not
+    finite makes the snapshot's status DIVERGED; it is for the caller to go back to the old state.
     """
     dt = dt_ns * 1e-9
     aircraft = model.aircraft
@@ -114,9 +120,21 @@ def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
     added, rigid = _inertia(model, density)
 
     guess = rigid_body.advance(state.body, state.load, state.load, dt, **rigid)
+    place, gust, drift_at = placement(aircraft, guess), None, None
+    if gusts is not None:
+        time, calm = 1e-9 * (state.time_ns + dt_ns), np.asarray(wind_N)
+        here = gusts(time, guess.position_N[None])[0]
+        wind_N = calm + here
+
+        def gust(arm_G: FloatArray) -> FloatArray:
+            return (gusts(time, guess.position_N + arm_G @ place.rotation_NG.T) - here) \
+                @ place.rotation_NG
+
+        def drift_at(points_N: FloatArray) -> FloatArray:
+            return dt * (gusts(time, points_N) - here)
     flow, aero = solver.advance(
-        model, state.flow, _onset(guess, wind_N), placement(aircraft, guess),
-        controls.deflections, density=density, dt=dt, drift_N=wind_N * dt)
+        model, state.flow, _onset(guess, wind_N, gust), place, controls.deflections,
+        density=density, dt=dt, drift_N=wind_N * dt, drift_at=drift_at)
     motion = np.concatenate([guess.velocity_B, guess.rates_B])
     # The same difference formula as dG/dt, so that the added mass cancels exactly.
     rate = (3.0 * motion - 4.0 * state.motion + state.previous_motion) / (2.0 * dt)
@@ -196,8 +214,10 @@ class Flight:
     """
     A model in flight: the present state, and the one it can go back to.
 
-    ``paused_reason`` is None, or says why the flight does not go on: ground contact (flat ground
-    at altitude 0; there is no landing gear) or divergence, with the last good state kept.
+    ``gusts`` may be set to what the air has more than the wind, from place to place and time to
+    time; it is not saved. ``paused_reason`` is None, or says why the flight does not go on: ground
+    contact (flat ground at altitude 0; there is no landing gear) or divergence, with the last good
+    state kept.
     """
 
     def __init__(self, model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
@@ -207,6 +227,7 @@ class Flight:
         self.dt_ns = dt_ns
         self.trim = limited(model.aircraft, controls)
         self.wind_N = np.array(wind_N, dtype=float)
+        self.gusts: Gusts | None = None
         # Through the air: a reset in another wind is as trimmed as the start was.
         self._first = replace(body, velocity_B=_air_velocity(body, self.wind_N))
         self._delta0 = delta0
@@ -250,7 +271,8 @@ class Flight:
         if self.paused_reason is not None:
             return self.snapshot
         state, snapshot = step(
-            self.model, self.state, controls, dt_ns=self.dt_ns, wind_N=self.wind_N)
+            self.model, self.state, controls, dt_ns=self.dt_ns, wind_N=self.wind_N,
+            gusts=self.gusts)
         if snapshot.status is Status.DIVERGED:
             self.paused_reason = (f'diverged after {self.state.time_ns * 1e-9:.3f} s: a value '
                                   'is not finite; the last good state is kept')

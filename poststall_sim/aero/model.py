@@ -3,6 +3,7 @@
 """What is computed once for an aircraft: settings, influence of the lattice, responses."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -150,15 +151,22 @@ class Model:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Onset:
-    """Velocity of the air past the centre of gravity (3,) [m/s] and rates (3,) [rad/s], in G."""
+    """
+    Velocity of the air past the centre of gravity (3,) [m/s] and rates (3,) [rad/s], in G.
+
+    gust : what the air has more than that at arms (k, 3) from the CG, (k, 3) in G, or None.
+    """
 
     velocity_G: FloatArray
     rates_G: FloatArray
+    gust: Callable[[FloatArray], FloatArray] | None = None
 
     def at(self, arm: FloatArray) -> FloatArray:
         """Return the velocity (..., 3) of the air past points at arms (..., 3) from the CG."""
         out = np.empty(arm.shape)
         _passing(self.velocity_G, self.rates_G, arm.reshape(-1, 3), out.reshape(-1, 3))
+        if self.gust is not None:
+            out += self.gust(arm.reshape(-1, 3)).reshape(arm.shape)
         return out
 
 

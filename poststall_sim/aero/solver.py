@@ -11,6 +11,7 @@ answers a change of decambering with a fraction of its final lift only.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -210,13 +211,15 @@ def start(model: Model, onset: Onset, placement: Placement, deflections: FloatAr
 
 
 def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
-            deflections: FloatArray, *, density: float, dt: float,
-            drift_N: FloatArray) -> tuple[FlowState, AeroResult]:
+            deflections: FloatArray, *, density: float, dt: float, drift_N: FloatArray,
+            drift_at: Callable[[FloatArray], FloatArray] | None = None,
+            ) -> tuple[FlowState, AeroResult]:
     """
     Return flow and loads one step later.
 
     The step goes from t to t + dt; onset, placement and deflections are those of t + dt. All
-    surfaces have moved to ``placement``; the wake has drifted by drift_N (3,) [m] with the wind.
+    surfaces have moved to ``placement``; the wake has drifted by drift_N (3,) [m] with the wind,
+    and by drift_at(points (k, 3) in N) more where that differs from place to place.
     """
     lattice, settings = model.lattice, model.settings
     if not settings.unsteady:
@@ -229,6 +232,8 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
         origin_N = flow.wake.moving_A[0, 0] - lattice.wake_nodes[0] - flow.row_G
         wake_placement, drift_N = Placement(origin_N, np.eye(3)), np.zeros(3)
     wake = wakes.shed(flow.wake, lattice, wake_placement, flow.shed, drift_N)
+    if drift_at is not None and settings.wake is not Shape.FROZEN:
+        wake = wake.carried(drift_at)
     if settings.wake is Shape.FREE and flow.steps % settings.free_every == 0:
         wake = wake.moved(settings.free_every * dt * images.own_velocity(
             wake, lattice, placement, flow.circulation, dt))

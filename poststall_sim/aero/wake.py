@@ -15,6 +15,7 @@ Axes A are those of N, carried along by the wind: in them a shed node does not m
 
 import enum
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -103,6 +104,17 @@ class Wake:
         settled = History(self.settled.nodes[kept], self.settled.rings[kept])
         return replace(self, settled=settled, first=settled.first)
 
+
+    def carried(self, step_at: Callable[[FloatArray], FloatArray]) -> 'Wake':
+        """Return the wake with nodes behind the first row displaced by step_at(nodes) [m] in N."""
+        nodes, moving = self.nodes_N, len(self.moving_A)
+        behind = nodes[1:]
+        behind += step_at(behind.reshape(-1, 3)).reshape(behind.shape)
+        nodes -= self.drift_N
+        rings = self.settled.rings[self.first:self.first + len(self.settled_A)]
+        settled = History(nodes[moving:], rings)
+        return replace(self, moving_A=np.concatenate([self.moving_A[:1], nodes[1:moving]]),
+                       settled=settled, first=settled.first)
 
     def moved(self, step_N: FloatArray) -> 'Wake':
         """Return the wake with its moving nodes, but the first row, displaced by step_N [m]."""
