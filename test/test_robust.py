@@ -104,6 +104,7 @@ class Recheck:
         theta, plate = delta - self.zero + shift, np.pi * lattice.strip_chord
         flowing = np.hypot(u, w) > 0.05 * max(speed, 0.5)
         if linear:
+            flowing &= u > 0.0     # small angles say nothing of a strip that flies backwards
             fade = np.ones_like(u)
             effective = speed * lattice.chord_axis[:, 0]
             alpha = strength / (plate * effective) - theta
@@ -221,17 +222,16 @@ def asked(forms):
     """
     Return what is asked on other shapes: shape, curve, angle form, closure, ell.
 
-    What is open is asked as well and expected to fail; not strictly, for the draws are random.
+    What is open is asked as well and may fail; not strictly, for the draws are random.
     """
     cases = []
     for shape, name, form in itertools.product(SHAPES, curves.STALLS, forms):
         for closure, ell in [(Closure.LOCAL, 1.0), (Closure.NONLOCAL, 1.0)] \
                 + [(Closure.NONLOCAL, 1.5)] * (name == 'sharp'):
-            reason = None
-            if closure is Closure.NONLOCAL and form is AngleForm.LINEAR \
-                    and shape[0] != 'wing and tail':
-                reason = 'open: small angles on a fin that flies backwards, one in three thousand'
-            marks = [pytest.mark.xfail(strict=False, reason=reason)] if reason else []
+            open_ = closure is Closure.LOCAL and form is AngleForm.EXACT and shape[1] > 26 \
+                and shape[0] == 'wing and tail' and name != 'sharp'
+            marks = [pytest.mark.xfail(strict=False, reason=(
+                'open: a fold just missed, about one flow in a thousand'))] * open_
             cases.append(pytest.param(
                 shape, name, form, closure, ell, marks=marks,
                 id=f'{shape[0]} {shape[1]}-{name}-{form.value}-{closure.value}-{ell}'))
@@ -292,15 +292,33 @@ def test_the_path_from_attached_flow_goes_round_the_folds_that_newton_loses(monk
         assert found.iterations <= model.settings.limit + 150
 
 
-def test_nothing_better_is_thrown_away_where_the_path_is_lost_too(monkeypatch):
-    """Small angles on a fin that flies backwards: the residual is no worse than Newton's."""
+def test_nothing_better_is_thrown_away_where_the_path_misleads(monkeypatch):
+    """A path that ends nowhere good, and few steps from there: what Newton had is kept."""
+    machine = curves.swept(curves.airfoil('sharp'))
+    model = models.build(machine, settings(Closure.NONLOCAL))
+    model = dataclasses.replace(model, settings=settings(Closure.NONLOCAL, limit=3))
+    lost = lost_by_newton(model, machine, 77, (367, 685, 728, 1268), monkeypatch)
+    assert lost
+    monkeypatch.setattr(continuation, 'follow', lambda begin, *rest: (begin + 1.5, 1))
+    for arguments, alone in lost:
+        assert np.abs(operating.decamber(*arguments).residual).max() <= alone
+
+
+def test_with_small_angles_a_strip_that_flies_backwards_is_left_out():
+    """Fin strips in flow from behind had no solution at all; the others have one without them."""
     machine = curves.swept(curves.airfoil('sharp'))
     model = models.build(machine, settings(Closure.NONLOCAL, AngleForm.LINEAR))
-    lost = lost_by_newton(
-        model, machine, 1, (38, 847, 1090, 1191, 1431, 1583, 1629, 2211), monkeypatch)
-    led = [np.abs(operating.decamber(*arguments).residual).max() for arguments, _ in lost]
-    assert max(led) > TOLERANCE
-    assert all(after <= alone for after, (_, alone) in zip(led, lost))
+    flows = curves.random_flows(machine, 3000, 1)
+    out = 0
+    for flow in [flows[i] for i in (38, 847, 1090, 1191, 1431, 1583, 1629, 2211)]:
+        problem = operating.steady_problem(model, flow.onset, flow.deflections)
+        found = operating.decamber(model, problem.boundary, problem.operator,
+                                   np.zeros(model.lattice.strips), operating.NO_PATH)
+        idle = problem.boundary.strips[7] == 0.0
+        out += idle.sum()
+        assert np.abs(found.residual).max() <= TOLERANCE
+        assert np.all(found.delta[idle] == 0.0)
+    assert out > 0
 
 
 def narrow(count, seed, name, form):
@@ -344,7 +362,7 @@ def test_what_the_robust_solver_loses_on_narrow_strips_is_rescued(form, monkeypa
         used.append(found.iterations)
     lost = [k for k in range(20) if used[k] > operating.ROBUST_LIMIT]
     assert lost
-    # What bounds the time: a second on 104 strips.
+    # What bounds the time: some seconds on 104 strips.
     assert max(used) <= operating.ROBUST_LIMIT + rescue.DESCENT_LIMIT + rescue.RESCUE_LIMIT
 
     monkeypatch.setattr(operating.rescue, 'rescue', give_up)

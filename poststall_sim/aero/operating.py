@@ -75,6 +75,8 @@ def boundary_condition(model: Model, onset: Onset, deflections: FloatArray) -> B
     if model.settings.angle_form is AngleForm.LINEAR:
         # w = V (alpha + theta), V that of a stream along x at zero incidence.
         stream = airspeed * lattice.tangent[:, 0]
+        # Small angles say nothing of a strip that flies backwards: it keeps its decambering.
+        strips[7] *= strips[0] > 0.0
         strips[1] = np.arctan2(strips[1], strips[0]) * airspeed * lattice.chord_axis[:, 0]
         strips[0], strips[3] = airspeed * lattice.chord_axis[:, 0], 1.0
         return Boundary(stream * (np.arctan2(level, turned) + turn), stream, strips)
