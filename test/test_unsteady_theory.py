@@ -7,7 +7,7 @@ At V dt = one panel the march is of second order in 1/M where the motion is smoo
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import exact
 import numpy as np
@@ -108,26 +108,15 @@ def test_step_shorter_than_a_panel_costs_accuracy_but_not_much():
     assert abs(half) == pytest.approx(abs(theodorsen(0.3, 'plunge')), rel=0.06)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Gust(models.Onset):
-    """A vertical gust ahead of x = front from the centre of gravity, rising over a width."""
-
-    front: float
-    width: float
-    upward: float
-
-    def at(self, arm):
-        velocity = models.Onset.at(self, arm)
-        share = np.clip((self.front - arm[..., 0]) / self.width + 0.5, 0.0, 1.0)
-        return velocity + share[..., None] * np.array([0.0, 0.0, self.upward])
-
-
 def entering(rows, s):
     """Return the share of the final lift at s after the leading edge met a sharp-edged gust."""
     ahead = wings.rectangular(LONG, 1).mass.cg_G[0]
 
-    def air(t):   # as sharp as the lattice can tell: over one panel
-        return Gust(np.array([1.0, 0.0, 0.0]), np.zeros(3), t - ahead, 1.0 / rows, SMALL)
+    def air(t):
+        def gust(arm):   # from below; as sharp as the lattice can tell: over one panel
+            share = np.clip((t - ahead - arm[:, 0]) * rows + 0.5, 0.0, 1.0)
+            return share[:, None] * np.array([0.0, 0.0, SMALL])
+        return models.Onset(np.array([1.0, 0.0, 0.0]), np.zeros(3), gust)
 
     lift = loads(chord(rows, 12.0), air, 1.0 / rows, round(0.5 * rows * max(s)), 1.0)[:, 2]
     return lift[np.round(0.5 * s * rows).astype(int)] / (PLATE * SMALL)
