@@ -54,7 +54,7 @@ class Start(enum.Enum):
 
 LARGEST_STEP = math.radians(20.0)
 """No strip's decambering changes by more in one Newton step."""
-GAIN = 0.4
+GAIN = 0.25
 """Broyden's steps go on while each brings the sum of squares down to this share."""
 
 
