@@ -15,10 +15,7 @@ asserted are counts.
 """
 
 import dataclasses
-import datetime
-import json
 import math
-import platform
 import sys
 import time
 from pathlib import Path
@@ -30,6 +27,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'test'))
 
 import curves
+from report import holds, keep
 
 from poststall_sim.aero import model as models
 from poststall_sim.aero import operating, robust, schemes
@@ -37,7 +35,6 @@ from poststall_sim.aero.decambering import AngleForm
 from poststall_sim.aero.model import Settings
 from poststall_sim.aero.schemes import Scheme
 
-RESULTS = Path(__file__).resolve().parent / 'results' / 'decambering.json'
 TOLERANCE = 1e-4
 FLOWS = 200
 REPETITIONS = 7
@@ -207,10 +204,6 @@ def measured():
     return [measure(name, form) for name in curves.STALLS for form in AngleForm]
 
 
-def holds(asked, value):
-    return value >= asked[1] if asked[0] == '>=' else value <= asked[1]
-
-
 def test_cost_of_a_decambered_evaluation(measured, capsys):
     """Print and keep the ratios; the larger of past stall and random for the non-local closure."""
     lines = [f'{"one evaluation, 26 strips":28}' + ''.join(f'{key:>24}' for key in ASKED),
@@ -232,15 +225,8 @@ def test_cost_of_a_decambered_evaluation(measured, capsys):
                 + f'{found["LU_us"]:>14.1f},{found["prepare_us"]:>8.1f}')
     with capsys.disabled():
         print('', *lines, sep='\n')
-    RESULTS.parent.mkdir(exist_ok=True)
-    RESULTS.write_text(json.dumps({
-        'when': datetime.datetime.now(datetime.UTC).isoformat(timespec='seconds'),
-        'machine': platform.processor() or platform.machine(),
-        'python': platform.python_version(), 'numpy': np.__version__,
-        'numba': numba.__version__, 'threads': 1, 'flows': FLOWS, 'repetitions': REPETITIONS,
-        'tolerance': TOLERANCE, 'seed': SEED,
-        'asked': {key: ' '.join(map(str, asked)) for key, asked in ASKED.items()},
-        'cases': measured}, indent=1) + '\n')
+    keep('decambering', ASKED, flows=FLOWS, repetitions=REPETITIONS, tolerance=TOLERANCE,
+         seed=SEED, cases=measured)
     assert len(measured) == 6
 
 

@@ -12,10 +12,7 @@ counts, errors, and ratios with twice what is asked.
 """
 
 import ctypes
-import datetime
-import json
 import math
-import platform
 import shutil
 import subprocess
 import sys
@@ -23,13 +20,13 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-import numba
 import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'test'))
 
 import wings
+from report import holds, keep
 
 from poststall_sim import simulation
 from poststall_sim.aero import wash
@@ -39,7 +36,6 @@ from poststall_sim.frames import quaternion_from_euler, velocity_from_flow_angle
 from poststall_sim.state import BodyState, Controls
 
 HERE = Path(__file__).resolve().parent
-RESULTS = HERE / 'results' / 'wake.json'
 GCC = ('-O3', '-march=native', '-ffast-math', '-fPIC', '-shared')
 REAL = {'float64': 'double', 'float32': 'float'}
 ROUNDS = 31
@@ -159,11 +155,6 @@ def measured(yardstick):
     return {'times_us': times, 'ratios': ratios}
 
 
-def holds(asked, value, slack=1.0):
-    sign, bound = asked
-    return value <= bound * slack if sign == '<=' else value >= bound / slack
-
-
 def test_cost_of_the_wake_and_of_a_flight_step(measured, capsys):
     """Print and keep the ratios; fail where one is twice what is asked."""
     lines = [f'{"ratio":36}{"asked":>10}{"measured":>10}']
@@ -176,14 +167,7 @@ def test_cost_of_the_wake_and_of_a_flight_step(measured, capsys):
                   + ', '.join(f'{name} {value:.0f}' for name, value in times.items())]
     with capsys.disabled():
         print('', *lines, sep='\n')
-    RESULTS.parent.mkdir(exist_ok=True)
-    RESULTS.write_text(json.dumps({
-        'when': datetime.datetime.now(datetime.UTC).isoformat(timespec='seconds'),
-        'machine': platform.processor() or platform.machine(),
-        'python': platform.python_version(), 'numpy': np.__version__,
-        'numba': numba.__version__, 'threads': 1, 'rounds': ROUNDS, 'gcc': ' '.join(GCC),
-        'asked': {key: ' '.join(map(str, asked)) for key, asked in ASKED.items()},
-        **measured}, indent=1) + '\n')
+    keep('wake', ASKED, rounds=ROUNDS, gcc=' '.join(GCC), **measured)
     for key, asked in ASKED.items():
         # A real-time factor is a clock alone: it is looked at, not asserted.
         if not key.startswith('real-time'):
