@@ -124,8 +124,8 @@ def _distance(point: FloatArray, line: FloatArray) -> float:
 
 @njit(**EXACT)
 def wrap(angle):
-    """Return an angle [rad] brought into -pi..pi."""
-    return angle - TWO_PI * math.floor((angle + math.pi) * PER_TWO_PI)
+    """Return an angle or angles [rad] brought into -pi..pi."""
+    return angle - TWO_PI * np.floor((angle + math.pi) * PER_TWO_PI)
 
 
 @njit(**EXACT)

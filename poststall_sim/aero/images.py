@@ -17,7 +17,7 @@ import numpy as np
 
 from poststall_sim.aero.kernels import grid_edges, grid_velocity
 from poststall_sim.aero.lattice import Grid, Lattice
-from poststall_sim.aero.wake import OTHER_CORE, Placement, Wake, far_length
+from poststall_sim.aero.wake import OTHER_CORE, Placement, Wake, close, far_length
 from poststall_sim.frames import FloatArray
 
 VISCOSITY = 1.46e-5
@@ -39,16 +39,14 @@ def rows_of_surface(lattice: Lattice, grid: Grid) -> FloatArray:
 def _grids(wake: Wake, lattice: Lattice, placement: Placement,
            circulation: FloatArray) -> Iterator[tuple[Grid, FloatArray, FloatArray, float]]:
     """Yield each surface: nodes (rows, n, 3) in N, rings and core [m], bound, shed and far."""
-    nodes_N, shed = wake.nodes_N, wake.circulation
-    along = (nodes_N[-1] - nodes_N[0]).mean(axis=0)
-    length = float(np.linalg.norm(along))
-    aft = along / length if length > 0.0 else placement.rotation_NG[:, 0]
-    closing = nodes_N[-1:] + far_length(lattice) * aft
+    shed, nodes_N = wake.circulation, np.empty((wake.rows + 2, *wake.moving_A.shape[1:]))
+    nodes_N[:-1] = wake.nodes_N
+    close(nodes_N, far_length(lattice))
     for grid in lattice.grids:
         strips = grid.strips.stop - grid.strips.start
         yield (grid, np.concatenate([
-            placement.to_inertial(rows_of_surface(lattice, grid)[:-1]), nodes_N[:, grid.nodes],
-            closing[:, grid.nodes]]), np.concatenate([
+            placement.to_inertial(rows_of_surface(lattice, grid)[:-1]),
+            nodes_N[:, grid.nodes]]), np.concatenate([
                 circulation[grid.panels].reshape(grid.rows, strips), shed[:, grid.strips],
                 shed[-1:, grid.strips]]),
             OTHER_CORE * float(lattice.strip_width[grid.strips].mean()))

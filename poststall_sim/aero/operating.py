@@ -21,6 +21,7 @@ from poststall_sim.aero.decambering import (
     nonlocal_residual,
     operating_points,
     strip_operator,
+    wrap,
 )
 from poststall_sim.aero.model import Model, Onset, far_normalwash, wake_direction
 from poststall_sim.aero.polars import sections
@@ -196,7 +197,7 @@ def lagging(model: Model, boundary: Boundary, operator: FloatArray, solved: Oper
     chords (n,) : travelled since. Residual and iterations are those of the solution.
     """
     gone = 1.0 - np.exp(-chords / model.settings.lag)
-    delta = before + gone * ((solved.delta - before + math.pi) % TWO_PI - math.pi)
+    delta = before + gone * wrap(solved.delta - before)
     alpha, circulation, speed = (np.empty_like(delta) for _ in range(3))
     operating_points(delta, boundary.strips, operator, False, alpha, circulation, speed)
     return replace(solved, delta=delta, alpha=alpha, circulation=circulation, speed=speed)

@@ -21,13 +21,11 @@ from numba import njit
 from poststall_sim.aero.decambering import (
     EXACT,
     SUM,
-    local_residual,
     operating_points,
     potential_angle,
     strip_theory,
-    wrap,
 )
-from poststall_sim.aero.robust import FINISH, LEAST_COSINE, _hold, _imbalance
+from poststall_sim.aero.robust import FINISH, forward_flow, hold, imbalance, settle
 from poststall_sim.aero.schemes import newton
 
 SMOOTH, SMOOTH_LIMIT = 1e-6, 50
@@ -122,21 +120,6 @@ def _descend(alpha, strips, curves, polar_index, inverse, area, image, force, hi
     return DESCENT_LIMIT
 
 
-@njit(**EXACT)
-def _forward(values, strips):
-    """
-    Tell whether the flow along every turned chord is forward, see `LEAST_COSINE`.
-
-    That flow is Ue; beta, with its sine and cosine in `values`, leads it by the flap's shift, and
-    where Ue is reversed a balance is no solution whatever beta is.
-    """
-    for j in range(values.shape[0]):
-        along = values[j, 1] * strips[8, j] + values[j, 0] * strips[9, j]
-        if strips[7, j] != 0.0 and along < LEAST_COSINE:
-            return False
-    return True
-
-
 @njit(**SUM)
 def _fit(alpha, strips, linear, curves, polar_index, inverse, level, root, image, values, force,
          limit):
@@ -151,11 +134,11 @@ def _fit(alpha, strips, linear, curves, polar_index, inverse, level, root, image
     n = alpha.size
     jacobian = np.empty((n, n))
     trial_values, trial_force = values.copy(), np.empty(n)
-    worst = _imbalance(
+    worst = imbalance(
         alpha, strips, linear, curves, polar_index, inverse, level, values, force)
     force *= root
     square = np.dot(force, force)
-    if not linear and not _forward(values, strips):
+    if not linear and not forward_flow(values, strips):
         worst = square = np.inf
     mu = 1e-3
     slow = used = 0
@@ -178,11 +161,11 @@ def _fit(alpha, strips, linear, curves, polar_index, inverse, level, root, image
                 matrix[j, j] += mu
             trial = alpha - np.linalg.solve(matrix, right)
             trial = 0.5 * (trial + trial[image])
-            new = _imbalance(trial, strips, linear, curves, polar_index, inverse, level,
+            new = imbalance(trial, strips, linear, curves, polar_index, inverse, level,
                              trial_values, trial_force)
             trial_force *= root
             new_square = np.dot(trial_force, trial_force)
-            if new_square < square and (linear or _forward(trial_values, strips)):
+            if new_square < square and (linear or forward_flow(trial_values, strips)):
                 alpha[:], worst, square = trial, new, new_square
                 values[:], force[:] = trial_values, trial_force
                 mu = max(0.2 * mu, 1e-12)
@@ -212,7 +195,7 @@ def _search(alpha, delta, strips, linear, curves, polar_index, inverse, level, r
     n = alpha.size
     start, current = alpha.copy(), alpha.copy()
     values, force, trial_force = np.empty((n, 6)), np.empty(n), np.empty(n)
-    _hold(delta, strips, linear, values)
+    hold(delta, strips, linear, values)
     used, best, seed, draws, rounds = 0, np.inf, 1, 0, 0
     while used < RESCUE_LIMIT:
         current[:] = start
@@ -275,6 +258,7 @@ def rescue(delta, strips, operator, inverse, level, linear, curves, polar_index,
     if np.abs(alpha - alpha[mirror]).max() < 1e-9:
         image[:] = mirror
     enough = 1e-3 * tolerance
+    current = alpha.copy()
     iterations = 0
     if np.isfinite(alpha).all():
         newton(delta, strips, operator, linear, curves, polar_index, mean, SMOOTH, SMOOTH_LIMIT,
@@ -282,27 +266,19 @@ def rescue(delta, strips, operator, inverse, level, linear, curves, polar_index,
         start = 0.5 * (alpha + alpha[image])
         current = start.copy()
         values, force = np.empty((n, 6)), np.empty(n)
-        _hold(delta, strips, linear, values)
-        worst = _imbalance(
+        hold(delta, strips, linear, values)
+        worst = imbalance(
             current, strips, linear, curves, polar_index, inverse, level, values, force)
         if linear:
             iterations = _descend(
                 current, strips, curves, polar_index, inverse, area, image, force, history)
-            worst = _imbalance(
+            worst = imbalance(
                 current, strips, linear, curves, polar_index, inverse, level, values, force)
         if not linear or worst > enough:
             current = start
             iterations += _search(
                 current, delta, strips, linear, curves, polar_index, inverse, level,
                 np.sqrt(area / area.mean()), image, enough, history[iterations:])
-        for j in range(n):
-            if strips[7, j] != 0.0:
-                phi = potential_angle(
-                    curves[polar_index[j]], current[j] + strips[6, j], linear)[0]
-                delta[j] = phi - current[j] + strips[5, j]
-                if not linear:
-                    delta[j] = wrap(delta[j])
-    operating_points(delta, strips, operator, linear, alpha, circulation, speed)
-    local_residual(strips, curves, polar_index, alpha, circulation, speed, residual)
-    history[iterations] = np.abs(residual).max()
+    history[iterations] = settle(current, delta, strips, operator, linear, curves, polar_index,
+                                 alpha, circulation, speed, residual)
     return iterations

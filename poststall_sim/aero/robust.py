@@ -113,7 +113,7 @@ def _strip(j, alpha, strips, linear, curve, value):
 
 
 @njit(**EXACT)
-def _hold(delta, strips, linear, values):
+def hold(delta, strips, linear, values):
     """
     Fill the values (n, 6) of strips without flow, which keep their decambering.
 
@@ -130,7 +130,7 @@ def _hold(delta, strips, linear, values):
 
 
 @njit(**SUM)
-def _imbalance(alpha, strips, linear, curves, polar_index, inverse, level, values, residual):
+def imbalance(alpha, strips, linear, curves, polar_index, inverse, level, values, residual):
     """Fill E = T q - sin beta - L cos beta - l0, (n,), and the strips' values; return max |E|."""
     n = alpha.size
     for j in range(n):
@@ -215,12 +215,37 @@ def _rest(j, inverse, level, values):
 
 
 @njit(**EXACT)
-def _forward(values, strips):
-    """Tell whether no strip is turned across its flow, see `LEAST_COSINE`."""
+def forward_flow(values, strips):
+    """
+    Tell whether the flow along every turned chord is forward, see `LEAST_COSINE`.
+
+    That flow is Ue; beta, with its sine and cosine in `values`, leads it by the flap's shift, and
+    where Ue is reversed a balance is no solution whatever beta is.
+    """
     for j in range(values.shape[0]):
-        if strips[7, j] != 0.0 and values[j, 1] < LEAST_COSINE:
+        along = values[j, 1] * strips[8, j] + values[j, 0] * strips[9, j]
+        if strips[7, j] != 0.0 and along < LEAST_COSINE:
             return False
     return True
+
+
+@njit(**EXACT)
+def settle(current, delta, strips, operator, linear, curves, polar_index, alpha, circulation,
+           speed, residual):
+    """
+    Put strips at the decambering of working at angles (n,) on their curves; return max |residual|.
+
+    Strips without flow keep theirs; the other arguments as for `robust`.
+    """
+    for j in range(delta.size):
+        if strips[7, j] != 0.0:
+            phi = potential_angle(
+                curves[polar_index[j]], current[j] + strips[6, j], linear)[0]
+            delta[j] = phi - current[j] + strips[5, j]
+            if not linear:
+                delta[j] = wrap(delta[j])
+    operating_points(delta, strips, operator, linear, alpha, circulation, speed)
+    return local_residual(strips, curves, polar_index, alpha, circulation, speed, residual)
 
 
 @njit(**SUM)
@@ -230,7 +255,7 @@ def robust(delta, strips, operator, inverse, level, linear, curves, polar_index,
     Solve the local closure from the given delta; return the iterations used.
 
     The unknowns are the angles at which the sections work, every strip on its own curve
-    throughout; what is left is the lattice's balance E, see `_imbalance`. Newton is tried and
+    throughout; what is left is the lattice's balance E, see `imbalance`. Newton is tried and
     kept if it halves E; else Gauss-Seidel sweeps, each strip to the first root of its
     own balance met going downhill, together with its mirror image, or symmetric flow would grow
     a rolling moment. inverse, level : see `prepare`; tolerance on max |cl - cl_visc|; the other
@@ -247,9 +272,9 @@ def robust(delta, strips, operator, inverse, level, linear, curves, polar_index,
     if history[0] <= 1e-3 * tolerance:
         return 0
     current = alpha.copy()
-    _hold(delta, strips, linear, values)
-    _hold(delta, strips, linear, trial_values)
-    worst = _imbalance(
+    hold(delta, strips, linear, values)
+    hold(delta, strips, linear, trial_values)
+    worst = imbalance(
         current, strips, linear, curves, polar_index, inverse, level, values, force)
     best = worst
     sweeps = 1
@@ -271,9 +296,10 @@ def robust(delta, strips, operator, inverse, level, linear, curves, polar_index,
             count, gain = 0, 0.5
             while np.abs(steps[count]).max() < LARGEST_STEP:
                 trial = current + steps[count]
-                new = _imbalance(trial, strips, linear, curves, polar_index, inverse, level,
+                new = imbalance(trial, strips, linear, curves, polar_index, inverse, level,
                                  trial_values, trial_force)
-                if not (new <= gain * worst and _forward(trial_values, strips)):
+                if not (new <= gain * worst
+                        and (linear or forward_flow(trial_values, strips))):
                     break
                 current, worst = trial, new
                 values, trial_values = trial_values, values
@@ -306,7 +332,7 @@ def robust(delta, strips, operator, inverse, level, linear, curves, polar_index,
                     _strip(j, current[j], strips, linear, curves[polar_index[j]], values[j])
                     _strip(m, current[m], strips, linear, curves[polar_index[m]], values[m])
             forward = not forward
-        worst = _imbalance(
+        worst = imbalance(
             current, strips, linear, curves, polar_index, inverse, level, values, force)
         history[iterations] = worst
         if worst < 0.7 * best:
@@ -316,14 +342,6 @@ def robust(delta, strips, operator, inverse, level, linear, curves, polar_index,
         else:
             sweeps = min(2 * sweeps, MOST_SWEEPS)
             damping = max(0.8 * damping, LEAST_DAMPING)
-    for j in range(n):
-        if strips[7, j] != 0.0:
-            phi = potential_angle(
-                curves[polar_index[j]], current[j] + strips[6, j], linear)[0]
-            delta[j] = phi - current[j] + strips[5, j]
-            if not linear:
-                delta[j] = wrap(delta[j])
-    operating_points(delta, strips, operator, linear, alpha, circulation, speed)
-    history[iterations] = local_residual(
-        strips, curves, polar_index, alpha, circulation, speed, residual)
+    history[iterations] = settle(current, delta, strips, operator, linear, curves, polar_index,
+                                 alpha, circulation, speed, residual)
     return iterations

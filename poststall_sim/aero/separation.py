@@ -26,7 +26,13 @@ import math
 import numpy as np
 from numba import njit
 
-from poststall_sim.aero.decambering import EXACT, faded_mean, mean_angles, potential_angle
+from poststall_sim.aero.decambering import (
+    EXACT,
+    faded_mean,
+    mean_angles,
+    potential_angle,
+    wrap,
+)
 from poststall_sim.frames import FloatArray
 
 MOST_LEAD = math.radians(30.0)
@@ -70,8 +76,8 @@ def relaxed(share: FloatArray, strips: FloatArray, mean: FloatArray, angle: Floa
     angles at which that is read, `geometric_angle`; dt [s]; times : tau_1, tau_2 [chords].
     """
     chords = np.maximum(strips[10] * dt / strips[2], 1e-9)
-    change = (geometric_angle(strips) - angle + math.pi) % (2.0 * math.pi) - math.pi
-    lead = np.clip(times[1] * change / chords, -MOST_LEAD, MOST_LEAD)
+    turned = wrap(geometric_angle(strips) - angle)
+    lead = np.clip(times[1] * turned / chords, -MOST_LEAD, MOST_LEAD)
     asked, now = np.empty_like(share), np.empty_like(share)
     static_share(strips, curves, polar_index, mean - lead, asked)
     static_share(strips, curves, polar_index, mean, now)

@@ -251,12 +251,17 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
     boundary = boundary_condition(model, onset, deflections)
     operator = lattice_operator(
         model, boundary, response.response, foreign + crossing(model, flow.circulation))
+    mean, angle = flow.mean, flow.angle
     if settings.separation is Separation.GOMAN_KHRABROV:
         boundary.strips[11] = separation.relaxed(
             flow.share, boundary.strips, flow.mean, flow.angle, lattice.curves,
             lattice.polar_index, dt, (settings.relaxation, settings.delay))
     operating = decamber(model, boundary, operator, flow.delta, NO_PATH)
-    if settings.separation is Separation.LAG:
+    if settings.separation is Separation.GOMAN_KHRABROV:
+        angle = separation.geometric_angle(boundary.strips)
+        mean = separation.mean_angle(
+            boundary.strips, model.mean, operating.delta, operating.alpha)
+    elif settings.separation is Separation.LAG:
         operating = lagging(model, boundary, operator, operating, flow.delta,
                             boundary.strips[10] * dt / lattice.strip_chord)
 
@@ -277,10 +282,7 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
     return FlowState(
         wake=wake, circulation=circulation, previous=flow.circulation, bare=bare,
         previous_bare=flow.bare, shed=boundary.fade * at_te, delta=operating.delta,
-        share=boundary.strips[11],
-        mean=separation.mean_angle(
-            boundary.strips, model.mean, operating.delta, operating.alpha),
-        angle=separation.geometric_angle(boundary.strips),
+        share=boundary.strips[11], mean=mean, angle=angle,
         response=response, row_G=flow.row_G, steps=flow.steps + 1), result
 
 

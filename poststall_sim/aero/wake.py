@@ -178,6 +178,21 @@ def _farthest(a, b):
     return math.sqrt(longest)
 
 
+@njit(cache=True, nogil=True)
+def close(nodes, far):
+    """Fill the last row of nodes: the one before, moved on by `far` [m] the way the wake goes."""
+    last, width = nodes.shape[0] - 2, nodes.shape[1]
+    along = np.zeros(3)
+    for k in range(width):
+        along += nodes[last, k] - nodes[0, k]
+    length = np.sqrt(np.sum(along * along))
+    if length > 0.0:
+        along *= far / length
+    else:
+        along[0] = far
+    nodes[last + 1] = nodes[last] + along
+
+
 def far_length(lattice: Lattice) -> float:
     """Return how far the closing row reaches [m]: a thousand spans of the whole lattice."""
     return 1000.0 * float(np.ptp(lattice.wake_nodes, axis=0).max())

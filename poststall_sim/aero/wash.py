@@ -23,7 +23,7 @@ from numba import njit
 from poststall_sim.aero.kernels import grid_edges, grid_velocity
 from poststall_sim.aero.lattice import Lattice
 from poststall_sim.aero.skeleton import Skeleton, skeleton
-from poststall_sim.aero.wake import Placement, Wake, core, far_length
+from poststall_sim.aero.wake import Placement, Wake, close, core, far_length
 from poststall_sim.frames import FloatArray
 
 LONGEST = 0.125
@@ -120,7 +120,7 @@ def velocity(wake: Wake, lattice: Lattice, where: Felt, placement: Placement,
     origin, moving = placement.origin_N - wake.drift_N, len(wake.moving_A)
     _turned(wake.moving_A[1:], origin, placement.rotation_NG, nodes[1:moving])
     _turned(wake.settled_A, origin, placement.rotation_NG, nodes[moving:rows + 1])
-    _close(nodes, where.far)
+    close(nodes, where.far)
     circulation = wake.circulation
     found = np.zeros((len(where.points), 6))
     on_skeleton = np.zeros((len(where.skeleton), 6))
@@ -169,21 +169,6 @@ def _turned(rows, origin, rotation, out):
                 rows[i, k, 2] - origin[2]
             for c in range(3):
                 out[i, k, c] = x * rotation[0, c] + y * rotation[1, c] + z * rotation[2, c]
-
-
-@njit(**_EXACT)
-def _close(nodes, far):
-    """Fill the last row of nodes: the one before, moved on by `far` [m] the way the wake goes."""
-    last, width = nodes.shape[0] - 2, nodes.shape[1]
-    along = np.zeros(3)
-    for k in range(width):
-        along += nodes[last, k] - nodes[0, k]
-    length = np.sqrt(np.sum(along * along))
-    if length > 0.0:
-        along *= far / length
-    else:
-        along[0] = far
-    nodes[last + 1] = nodes[last] + along
 
 
 @njit(**_EXACT)
