@@ -276,7 +276,9 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
         rate = fade * rate \
             + (1.0 - fade) * _rate(bare, flow.bare, flow.previous_bare, flow.steps, dt)
     at_te = circulation[lattice.te_panel]
-    row = at_te + _te_share(lattice, wake) * (wake.moving_rings[0] - boundary.fade * at_te)
+    behind = np.linalg.norm(wake.row(1) - wake.moving_A[0], axis=-1)
+    share = te_share(lattice, 0.5 * (behind[lattice.te_node] + behind[lattice.te_node + 1]))
+    row = at_te + share * (wake.moving_rings[0] - boundary.fade * at_te)
     result = _result(
         model, onset, boundary, operating, circulation, row, at_edges, density, rate)
     return FlowState(
@@ -286,16 +288,15 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
         response=response, row_G=flow.row_G, steps=flow.steps + 1), result
 
 
-def _te_share(lattice: Lattice, wake: Wake) -> FloatArray:
+def te_share(lattice: Lattice, length: FloatArray) -> FloatArray:
     """
     Return the share (n,) of the trailing edge's vortex against its wake that carries load.
 
-    It stands a quarter panel behind the edge for all that is shed between a quarter panel ahead
-    and the next row. With the whole of it the lift of a step is late by half a step, without it
-    early by half a panel's time: half a panel over the row's length leaves the second order.
+    length (n,) : of the newest row behind each strip [m]. The vortex stands a quarter panel
+    behind the edge for all that is shed between a quarter panel ahead and the next row. With the
+    whole of it the lift of a step is late by half a step, without it early by half a panel's
+    time: half a panel over the row's length leaves the second order.
     """
-    row = np.linalg.norm(wake.row(1) - wake.moving_A[0], axis=-1)
-    length = 0.5 * (row[lattice.te_node] + row[lattice.te_node + 1])
     panel = lattice.strip_chord / lattice.grids[0].rows
     return 0.5 * panel / np.maximum(length, panel)
 

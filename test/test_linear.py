@@ -1,0 +1,141 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""The linearised lattice: every block against differences of the march it is the derivative of."""
+
+import dataclasses
+import math
+
+import curves
+import numpy as np
+import pytest
+import wings
+
+from poststall_sim.aero import solver
+from poststall_sim.aero.decambering import Closure
+from poststall_sim.aero.history import History
+from poststall_sim.aero.model import Onset, Settings, build
+from poststall_sim.aero.wake import Placement, Shape
+from poststall_sim.frames import body_to_geometry, geometry_to_body
+from poststall_sim.stability import linear
+
+SPEED, ROWS = 40.0, 12
+DT = 0.25 / SPEED
+HERE = Placement(np.zeros(3), wings.LEVEL)
+
+
+class Step:
+    """One step of the march about its equilibrium, as a function of all that it depends on."""
+
+    def __init__(self, machine, alpha, deflections, nu0=np.zeros(6), **settings):
+        row = SPEED * DT
+        self.model = build(machine, Settings(
+            tolerance=1e-12, wake=Shape.FROZEN, wake_length=(ROWS - 0.5) * row, chordwise=2,
+            **wings.EXACTLY, **settings))
+        self.deflections = np.array(deflections)
+        self.nu = np.concatenate([geometry_to_body(-wings.onset(SPEED, alpha).velocity_G),
+                                  np.zeros(3)]) + nu0
+        onset = self.onset(np.zeros(6))
+        self.aero = solver.steady(self.model, onset, self.deflections, density=wings.DENSITY)
+        self.flow, _ = solver.start(
+            self.model, onset, HERE, self.deflections, density=wings.DENSITY, dt=DT,
+            delta0=self.aero.strips.delta)
+        self.linear = linear.linearise(
+            self.model, onset, self.deflections, self.aero, density=wings.DENSITY, dt=DT,
+            rows=ROWS)
+
+    def onset(self, change):
+        velocity, rates = np.split(self.nu + change, 2)
+        return Onset(body_to_geometry(-velocity), body_to_geometry(rates))
+
+    def __call__(self, *, nu=0.0, flap=0.0, before=0.0, older=0.0, rings=0.0):
+        """
+        Return circulation, decambering and load after a step with differences at its begin.
+
+        nu (6,), flap (controls,) of the end; before, older (p,) circulation of the last steps;
+        rings (ROWS, n) of the wake, the newest as it will be shed.
+        """
+        flow, wake = self.flow, self.flow.wake
+        rings = np.zeros((ROWS, self.model.lattice.strips)) + rings
+        store = wake.circulation
+        assert len(store) == ROWS
+        nodes = np.concatenate([wake.moving_A, wake.settled_A])
+        history = History(nodes[1:], np.concatenate([
+            store[1:] + np.concatenate([rings[2:], rings[-1:]]), store[-1:]]))
+        moved = dataclasses.replace(
+            wake, moving_rings=store[:1] + rings[1:2], settled=history, first=history.first)
+        flow = dataclasses.replace(
+            flow, wake=moved, circulation=flow.circulation + before,
+            previous=flow.previous + older, shed=flow.shed + rings[0])
+        new, result = solver.advance(
+            self.model, flow, self.onset(np.zeros(6) + nu), HERE, self.deflections + flap,
+            density=wings.DENSITY, dt=DT, drift_N=np.zeros(3))
+        load = np.concatenate([geometry_to_body(result.force_G), geometry_to_body(result.moment_G)])
+        return np.concatenate([new.circulation, new.delta, load])
+
+    def difference(self, name, direction, size):
+        """Return the central difference of the three in a direction."""
+        change = {name: size * direction}
+        back = {name: -size * direction}
+        return np.split((self(**change) - self(**back)) / (2.0 * size), self.splits)
+
+    @property
+    def splits(self):
+        lattice = self.model.lattice
+        return [lattice.panels, lattice.panels + lattice.strips]
+
+    def derivative(self, *, nu=None, flap=None, before=None, older=None, rings=None):
+        """Return the same from the matrices."""
+        m, lattice = self.linear, self.model.lattice
+        nu = np.zeros(6) if nu is None else nu
+        flap = np.zeros(len(self.deflections)) if flap is None else flap
+        before, older = (np.zeros(lattice.panels) if x is None else x for x in (before, older))
+        rings = np.zeros((ROWS, lattice.strips)) if rings is None else rings
+        wash = np.einsum('rpn,rn->p', m.foreign, rings) + m.other @ before
+        delta = m.follow_nu @ nu + m.follow_flap @ flap + m.follow_wash @ wash
+        normal = m.onset @ nu + m.flap @ flap + m.turn @ delta \
+            + np.einsum('rpn,rn->p', m.wake, rings)
+        circulation = -np.linalg.solve(m.bound, normal)
+        rate = (3.0 * circulation - 4.0 * before + older) / (2.0 * DT)
+        load = m.load_bound @ circulation + m.load_rate @ rate \
+            + np.einsum('rkn,rn->k', m.load_wake, rings) + m.load_nu @ nu + m.load_flap @ flap \
+            + m.load_turn @ delta + m.load_wash @ wash
+        return circulation, delta, load
+
+
+CASES = {
+    'attached': (3.0, {}), 'stalled': (20.0, {}), 'deep': (40.0, {}),
+    'stalled, local': (17.0, {'closure': Closure.LOCAL}),
+    'potential flow': (20.0, {'decambering': False})}
+
+
+@pytest.fixture(scope='module', params=CASES)
+def step(request):
+    degrees, settings = CASES[request.param]
+    machine = curves.with_strips(curves.wing_tail(curves.airfoil('gentle')), wing=8, tail=4)
+    return Step(machine, math.radians(degrees),
+                0.05 * np.ones(len(machine.controls)), np.array([0, 2.0, 0, 0.3, 0.1, -0.2]),
+                **settings)
+
+
+def test_the_step_stays_at_its_equilibrium(step):
+    """The march's wake of equal rows is the straight one of the steady flow."""
+    circulation, delta, load = np.split(step(), step.splits)
+    assert circulation == pytest.approx(step.aero.circulation, abs=1e-8)
+    assert delta == pytest.approx(step.aero.strips.delta, abs=1e-10)
+    assert load[:3] == pytest.approx(geometry_to_body(step.aero.force_G), rel=1e-8, abs=1e-5)
+
+
+@pytest.mark.parametrize(('name', 'size'), [
+    ('nu', 1e-4), ('flap', 1e-6), ('before', 1e-4), ('older', 1e-4), ('rings', 1e-4)])
+def test_every_block_is_the_difference_of_the_march(step, name, size):
+    """In random directions: circulation, decambering, load, to the curvature of the curves."""
+    shape = {'nu': (6,), 'flap': step.deflections.shape, 'rings': (ROWS, step.model.lattice.strips)
+             }.get(name, (step.model.lattice.panels,))
+    generator = np.random.default_rng(7)
+    for _ in range(4):
+        direction = generator.normal(size=shape)
+        found = step.difference(name, direction, size)
+        expected = step.derivative(**{name: direction})
+        for one, other in zip(found, expected):
+            # Twelve digits of the closure over a step of 1e-5.
+            assert one == pytest.approx(other, rel=1e-5, abs=2e-6 * np.abs(other).max() + 1e-7)
