@@ -145,6 +145,13 @@ def euler_from_quaternion(q_NB: FloatArray) -> FloatArray:
         np.arctan2(r_NB[2, 1], r_NB[2, 2]), pitch, np.arctan2(r_NB[1, 0], r_NB[0, 0])])
 
 
+def euler_rates(roll: float, pitch: float) -> FloatArray:
+    """Return the matrix that turns body rates (3,) into d(roll, pitch, yaw)/dt [rad/s]."""
+    sr, cr, sp, cp = np.sin(roll), np.cos(roll), np.sin(pitch), np.cos(pitch)
+    return np.array([[1.0, sr * sp / cp, cr * sp / cp], [0.0, cr, -sr],
+                     [0.0, sr / cp, cr / cp]])
+
+
 def quaternion_rate(q_NB: FloatArray, rates_B: FloatArray) -> FloatArray:
     """Return dq_NB/dt = q_NB (0, rates_B) / 2 for body rates [rad/s]."""
     return 0.5 * multiply(q_NB, np.array([0.0, rates_B[0], rates_B[1], rates_B[2]]))

@@ -1,0 +1,291 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+A body in a linearised flow: E x(k+1) = A x(k) + B u(k+1), and its eigenvalues near z = 1.
+
+x is, in this order: circulation of the wake's rows (rows n), of the rings one step ago (p) and
+now (p), decambering (n), load (6), and the states y of the body. In this order an elimination
+from the first to the last goes down the chain of the wake at no cost and leaves a small full
+matrix. The load goes linearly from step to step as in `simulation`, that is to say the body's
+rows are trapezoidal:
+
+    M (y+ - y)/dt = (P (L+ + L) + R (y+ + y)) / 2,   nu = N y
+
+The decambering is FIXED (d+ = 0), VARIABLE (the derivative of the closure, as the simulation has
+it) or LAGGED (on its way there by the lag law, as the simulation has it with that switched on).
+"""
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import LinearOperator, SuperLU, eigs, splu
+
+from poststall_sim.aircraft import Aircraft, MassProperties
+from poststall_sim.frames import GRAVITY, FloatArray, euler_rates
+from poststall_sim.propulsion import thrust
+from poststall_sim.stability.linear import LinearFlow
+
+
+class Decambering(enum.Enum):
+    """What the decambering does when the flow changes a little."""
+
+    FIXED = 'fixed'
+    VARIABLE = 'variable'
+    LAGGED = 'lagged'
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Body:
+    """
+    The equations M dy/dt = P L + R y + throttle of a body with m states y, and its nu = N y.
+
+    names (m,); motion (6, m) N; mass (m, m) M; push (m, 6) P, of the load of the air about the
+    centre of gravity in B; rest (m, m) R, weight, turning axes and engines; throttle (m,).
+    """
+
+    names: tuple[str, ...]
+    motion: FloatArray
+    mass: FloatArray
+    push: FloatArray
+    rest: FloatArray
+    throttle: FloatArray
+
+
+STATES = ('u', 'v', 'w', 'p', 'q', 'r', 'phi', 'theta', 'psi')
+
+
+def free_body(aircraft: Aircraft, velocity_B: FloatArray, roll: float, pitch: float,
+              throttle: float) -> Body:
+    """
+    Return an aircraft in straight flight, free to move: y = (u v w p q r phi theta psi).
+
+    velocity_B (3,) through the air [m/s]; roll, pitch [rad]. Air density and wind are held.
+    """
+    mass = aircraft.mass
+    push_rate, full = np.zeros((6, 3)), _engines(aircraft, velocity_B, 1.0)
+    for i, step in enumerate(np.eye(3) * 1e-3):
+        push_rate[:, i] = (_engines(aircraft, velocity_B + step, throttle)
+                           - _engines(aircraft, velocity_B - step, throttle)) / 2e-3
+    rest = np.zeros((9, 9))
+    rest[:6, :3] = push_rate
+    u, v, w = velocity_B
+    # -omega x m v, and the weight as the axes turn.
+    rest[:3, 3:6] = mass.mass * np.array([[0.0, -w, v], [w, 0.0, -u], [-v, u, 0.0]])
+    sr, cr, sp, cp = np.sin(roll), np.cos(roll), np.sin(pitch), np.cos(pitch)
+    rest[:3, 6:8] = mass.mass * GRAVITY * np.array(
+        [[0.0, -cp], [cr * cp, -sr * sp], [-sr * cp, -cr * sp]])
+    rest[6:, 3:6] = euler_rates(roll, pitch)
+    inertia = np.eye(9)
+    inertia[:3, :3] *= mass.mass
+    inertia[3:6, 3:6] = mass.inertia_B
+    return Body(STATES, np.eye(6, 9), inertia, np.eye(9, 6), rest,
+                np.concatenate([full, np.zeros(3)]))
+
+
+def _engines(aircraft: Aircraft, velocity_B: FloatArray, throttle: float) -> FloatArray:
+    return np.concatenate(thrust(aircraft, velocity_B, throttle))
+
+
+def rolling_body(mass: MassProperties, velocity_B: FloatArray, axis_B: FloatArray) -> Body:
+    """
+    Return a body held at its centre of gravity, free to turn about an axis: y = (rate, angle).
+
+    axis_B (3,) of unit length; velocity_B (3,) through the air [m/s], which the body sees from
+    another side as it turns.
+    """
+    seen = np.cross(velocity_B, axis_B)
+    motion = np.zeros((6, 2))
+    motion[3:, 0], motion[:3, 1] = axis_B, seen
+    inertia = np.diag([float(axis_B @ mass.inertia_B @ axis_B), 1.0])
+    push = np.zeros((2, 6))
+    push[0, 3:] = axis_B
+    return Body(('rate', 'angle'), motion, inertia, push,
+                np.array([[0.0, 0.0], [1.0, 0.0]]), np.zeros(2))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class System:
+    """
+    E x(k+1) = A x(k) + B u(k+1), see the head of this file; E and A are sparse.
+
+    inputs : deflections by name [rad], the velocity of the air gust_u, gust_v, gust_w in B [m/s],
+    everywhere alike, and throttle. split (5,) : where each part of x but the first begins. share
+    (n,) and kept (n,) : of the way to its new value the decambering goes in a step, and of its
+    own that it keeps.
+    """
+
+    flow: LinearFlow
+    body: Body
+    e: sparse.csc_matrix
+    a: sparse.csc_matrix
+    b: FloatArray
+    inputs: tuple[str, ...]
+    split: tuple[int, ...]
+    share: FloatArray
+    kept: FloatArray
+
+    @property
+    def size(self) -> int:
+        """Return the number of unknowns."""
+        return self.e.shape[0]
+
+    @property
+    def own(self) -> slice:
+        """Return where the body's states stand in x."""
+        return slice(self.split[-1], self.size)
+
+    def march(self, y: FloatArray, steps: int) -> FloatArray:
+        """Return the body's states (steps + 1, m) from y (m,), in a flow as yet undisturbed."""
+        factors = _factors(self.e)
+        x = np.zeros(self.size)
+        x[self.own] = y
+        out = [y]
+        for _ in range(steps):
+            x = factors.solve(self.a @ x)
+            out.append(x[self.own])
+        return np.array(out)
+
+
+def assemble(flow: LinearFlow, body: Body, controls: tuple[str, ...],
+             decambering: Decambering, lag: float) -> System:
+    """Return the system of a body in a flow; lag [chords] : of the LAGGED decambering."""
+    rows, panels, strips = flow.wake.shape
+    states, dt = len(body.names), flow.dt
+
+    def chain(blocks: FloatArray) -> FloatArray:
+        return blocks.transpose(1, 0, 2).reshape(blocks.shape[1], -1)
+
+    share, kept = np.ones(strips), np.zeros(strips)
+    if decambering is Decambering.FIXED:
+        share = np.zeros(strips)
+    elif decambering is Decambering.LAGGED:
+        kept = np.exp(-flow.chords / lag)
+        share = 1.0 - kept
+    follow_nu, follow_wash = share[:, None] * flow.follow_nu, share[:, None] * flow.follow_wash
+    follow_wake = chain(np.einsum('np,rpk->rnk', follow_wash, flow.foreign))
+    load_wake = chain(flow.load_wake + np.einsum('kp,rpn->rkn', flow.load_wash, flow.foreign))
+    rate = flow.load_rate / (2.0 * dt)
+    rest, mass = 0.5 * body.rest, body.mass / dt
+    eye, none = np.eye, None
+    e = [
+        [sparse.eye(rows * strips), none, none, none, none, none],
+        [none, eye(panels), none, none, none, none],
+        [chain(flow.wake), none, flow.bound, flow.turn, none, flow.onset @ body.motion],
+        [-follow_wake, none, none, eye(strips), none, -follow_nu @ body.motion],
+        [-load_wake, none, -flow.load_bound - 3.0 * rate, -flow.load_turn, eye(6),
+         -flow.load_nu @ body.motion],
+        [none, none, none, none, -0.5 * body.push, mass - rest]]
+    shed = sparse.vstack([sparse.csr_matrix(flow.te),
+                          sparse.csr_matrix(((rows - 1) * strips, panels))])
+    empty = sparse.csr_matrix((panels, panels))
+    a = [
+        [sparse.eye(rows * strips, k=-strips), none, shed, none, none, none],
+        [none, empty, eye(panels), none, none, none],
+        [none, none, empty, none, none, none],
+        [none, none, follow_wash @ flow.other, np.diag(kept), none, none],
+        [none, rate, -4.0 * rate + flow.load_wash @ flow.other, none, sparse.csr_matrix((6, 6)),
+         none],
+        [none, none, none, none, 0.5 * body.push, mass + rest]]
+    # A gust blows past the body as if it moved the other way.
+    gust = -eye(6, 3)
+    b = np.vstack([
+        np.zeros((rows * strips + panels, len(controls) + 4)),
+        np.hstack([-flow.flap, -flow.onset @ gust, np.zeros((panels, 1))]),
+        np.hstack([share[:, None] * flow.follow_flap, follow_nu @ gust, np.zeros((strips, 1))]),
+        np.hstack([flow.load_flap, flow.load_nu @ gust, np.zeros((6, 1))]),
+        np.hstack([np.zeros((states, len(controls) + 3)), body.throttle[:, None]])])
+    split = np.cumsum([rows * strips, panels, panels, strips, 6])
+    return System(
+        flow, body, sparse.bmat(e, format='csc'), sparse.bmat(a, format='csc'), b,
+        (*controls, 'gust_u', 'gust_v', 'gust_w', 'throttle'), tuple(int(i) for i in split),
+        share, kept)
+
+
+def _factors(matrix: sparse.csc_matrix) -> SuperLU:
+    """Return the factors of E or A - z E, eliminated in the order they stand in."""
+    return splu(matrix.tocsc(), permc_spec='NATURAL', diag_pivot_thresh=0.0,
+                options={'SymmetricMode': True})
+
+
+def response(system: System, z: complex) -> np.ndarray:
+    """Return H (6, 6): the load H nu z^k of the air that a motion nu z^k of the body makes."""
+    flow, late = system.flow, 1.0 / z
+    powers = late ** np.arange(1, len(flow.wake) + 1)
+    wake, foreign, load_wake = (
+        np.tensordot(powers, blocks, 1) @ flow.te
+        for blocks in (flow.wake, flow.foreign, flow.load_wake))
+    wash = foreign + late * flow.other
+    follow = (system.share / (1.0 - late * system.kept))[:, None]
+    turned_nu, turned = follow * flow.follow_nu, follow * flow.follow_wash @ wash
+    circulation = -np.linalg.solve(
+        flow.bound + wake + flow.turn @ turned, flow.onset + flow.turn @ turned_nu)
+    rate = (3.0 - 4.0 * late + late ** 2) / (2.0 * flow.dt)
+    per_circulation = flow.load_bound + rate * flow.load_rate + load_wake \
+        + flow.load_wash @ wash + flow.load_turn @ turned
+    return per_circulation @ circulation + flow.load_nu + flow.load_turn @ turned_nu
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spectrum:
+    """
+    Eigenvalues near z = 1 of a system, of conjugate pairs the one with positive imaginary part.
+
+    eigenvalues (k,) : continuous, ln(z)/dt [1/s]; vectors (m, k) of the body's states;
+    participation (k,) : about 1 for a mode of the body, 0 for one of the wake, in between where
+    a mode dies away as fast as the wake does and the two cannot be told apart; residual (k,) :
+    |A x - z E x| / |x| over the norm of A.
+    """
+
+    eigenvalues: np.ndarray
+    vectors: np.ndarray
+    participation: FloatArray
+    residual: FloatArray
+
+
+NEAR = 1.0 + 0.03j
+"""Where eigenvalues are looked for: off z = 1, which the heading has for its own."""
+
+
+def spectrum(system: System, count: int = 24) -> Spectrum:
+    """Return the `count` eigenvalues nearest to z = 1, by Arnoldi on the shifted inverse."""
+    factors = _factors(system.a - NEAR * system.e)
+    inverse = LinearOperator((system.size, system.size), dtype=complex,
+                             matvec=lambda x: factors.solve(system.e @ x))
+    found, vectors = eigs(inverse, k=count, which='LM', tol=1e-11,
+                          v0=np.ones(system.size, dtype=complex))
+    z = NEAR + 1.0 / found
+    upper = z.imag > -1e-9
+    z, vectors = z[upper], vectors[:, upper]
+    error = system.a @ vectors - (system.e @ vectors) * z
+    return Spectrum(
+        eigenvalues=np.log(z) / system.flow.dt, vectors=vectors[system.own],
+        participation=np.array([_participation(system, each) for each in z]),
+        residual=np.linalg.norm(error, axis=0)
+        / (sparse.linalg.norm(system.a) * np.linalg.norm(vectors, axis=0)))
+
+
+def _participation(system: System, z: complex) -> float:
+    """
+    Return the body's share in a mode: its part of the product of left and right eigenvector.
+
+    With the flow eliminated the modes are where the small matrix
+
+        S(z) = M (1 - 1/z)/dt - (1 + 1/z) (P H(z) N + R) / 2
+
+    is singular; dS/dz of the whole over that of the body's inertia alone is what remains of the
+    product. (Perez-Arriaga, Verghese & Schweppe, IEEE Trans. PAS-101(9), 1982, for systems
+    without elimination.)
+    """
+    def small(z: complex) -> np.ndarray:
+        body = system.body
+        return body.mass / system.flow.dt * (1.0 - 1.0 / z) - 0.5 * (1.0 + 1.0 / z) * (
+            body.push @ response(system, z) @ body.motion + body.rest)
+
+    step = 1e-7
+    here = small(z)
+    left, _, right = np.linalg.svd(here)
+    change = left[:, -1].conj() @ ((small(z + step) - here) / step) @ right[-1].conj()
+    inertia = left[:, -1].conj() @ system.body.mass @ right[-1].conj() / (system.flow.dt * z ** 2)
+    return float(abs(inertia / change))
