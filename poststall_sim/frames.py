@@ -119,6 +119,11 @@ def rotation(q: FloatArray) -> FloatArray:
         [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)]])
 
 
+def quaternion_about(axis: FloatArray, angle: float) -> FloatArray:
+    """Return the quaternion [w, x, y, z] of a turn by an angle [rad] about a unit axis (3,)."""
+    return np.concatenate([[np.cos(0.5 * angle)], np.sin(0.5 * angle) * axis])
+
+
 def quaternion_from_euler(roll: float, pitch: float, yaw: float) -> FloatArray:
     """Return ``q_NB`` [w, x, y, z] for the sequence yaw, pitch, roll [rad]."""
     cr, sr = np.cos(0.5 * roll), np.sin(0.5 * roll)

@@ -93,16 +93,15 @@ def rolling_body(mass: MassProperties, velocity_B: FloatArray, axis_B: FloatArra
     Return a body held at its centre of gravity, free to turn about an axis: y = (rate, angle).
 
     axis_B (3,) of unit length; velocity_B (3,) through the air [m/s], which the body sees from
-    another side as it turns.
+    another side as it turns; about its own direction it does not, and the angle is left out.
     """
-    seen = np.cross(velocity_B, axis_B)
-    motion = np.zeros((6, 2))
-    motion[3:, 0], motion[:3, 1] = axis_B, seen
+    motion, push, rest = np.zeros((6, 2)), np.zeros((2, 6)), np.zeros((2, 2))
+    motion[3:, 0], motion[:3, 1] = axis_B, np.cross(velocity_B, axis_B)
+    push[0, 3:], rest[1, 0] = axis_B, 1.0
     inertia = np.diag([float(axis_B @ mass.inertia_B @ axis_B), 1.0])
-    push = np.zeros((2, 6))
-    push[0, 3:] = axis_B
-    return Body(('rate', 'angle'), motion, inertia, push,
-                np.array([[0.0, 0.0], [1.0, 0.0]]), np.zeros(2))
+    kept = 2 if np.abs(motion[:3, 1]).max() > 1e-9 * np.abs(velocity_B).max() else 1
+    return Body(('rate', 'angle')[:kept], motion[:, :kept], inertia[:kept, :kept], push[:kept],
+                rest[:kept, :kept], np.zeros(kept))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
