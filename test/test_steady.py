@@ -112,22 +112,12 @@ def test_induced_drag_of_the_near_field_is_that_of_the_far_field():
         assert 0.97 < near < 1.03
 
 
-def wing_a(rows):
-    """Return the wing that AVL was run on for the tests of VortexLattice.jl, flat."""
-    wing = wings.panel_wing(
-        wings.potential(), [(0, 0, 0), (0.4, 7.5, 0)], [2.2, 1.8], 24, symmetric=True,
-        twist=math.radians(2.0))
-    machine = wings.aircraft([wing], wings.potential(), area=30.0, chord=2.0, span=15.0,
-                             cg_G=(0.5, 0.0, 0.0))
-    return machine, build(machine, Settings(chordwise=rows))
-
-
 def test_wing_of_avl_runs_1_and_8():
     """Coefficients at alpha 1 deg and 2 deg of incidence, as AVL printed them."""
     alpha = math.radians(1.0)
     for rows, lift, drag, pitch in ((1, 0.24324, 0.00243, -0.02252),
                                     (6, 0.24454, 0.00247, -0.02091)):
-        machine, model = wing_a(rows)
+        machine, model = wings.wing_a(rows)
         ours = wings.coefficients(machine, wings.steady(model, 1.0, alpha), 1.0, alpha)
         # AVL turns the normals for incidence, here the plate itself is turned: 2 deg squared.
         assert ours.lift == pytest.approx(lift, rel=0.002)
@@ -137,7 +127,7 @@ def test_wing_of_avl_runs_1_and_8():
 
 def test_wing_of_avl_run_11_derivatives():
     """Slopes and damping in stability axes. AVL's wake trails along x, ours along the flow."""
-    machine, model = wing_a(1)
+    machine, model = wings.wing_a(1)
     alpha = math.radians(1.0)
 
     def slopes(change, rates=(0.0, 0.0, 0.0)):

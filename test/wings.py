@@ -106,6 +106,14 @@ def rectangular(aspect_ratio, strips, airfoil=None, *, chord=1.0, cosine=False, 
                     cg_G=(0.25 * chord, 0.0, 0.0) if cg_G is None else cg_G, controls=controls)
 
 
+def wing_a(rows):
+    """Return the flat wing of AVL's runs in the tests of VortexLattice.jl, and its model."""
+    wing = panel_wing(potential(), [(0, 0, 0), (0.4, 7.5, 0)], [2.2, 1.8], 24, symmetric=True,
+                      twist=math.radians(2.0))
+    machine = aircraft([wing], potential(), area=30.0, chord=2.0, span=15.0, cg_G=(0.5, 0.0, 0.0))
+    return machine, models.build(machine, models.Settings(chordwise=rows))
+
+
 def wing_tail(airfoil=None, strips=20, tail_strips=6):
     """Return the configuration of Figure 2.2 of Paul 2015 with an elevator and ailerons."""
     airfoil = shipped('naca4415_re3e6') if airfoil is None else airfoil

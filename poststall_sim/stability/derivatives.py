@@ -1,0 +1,267 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Stability derivatives from steady loads, and the classical equations of small motions with them.
+
+The quasi-steady cross-check of modes that come from the unsteady lattice. Loads are those of the
+steady lattice with its decambering converged anew at each change of the motion, so that they know
+nothing of how fast it changes: derivatives with respect to the rate of the angle of attack
+(CL_alpha_dot, Cm_alpha_dot), the lag of wake and separation and the added mass are not in them.
+
+Axes and signs are those of `frames`: alpha = atan2(w, u), beta = asin(v / V); rates p, q, r about
+the body axes through the centre of gravity, not about stability axes.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from poststall_sim.aero import solver
+from poststall_sim.aero.model import Model, Onset
+from poststall_sim.aero.schemes import Start
+from poststall_sim.aero.solver import AeroResult
+from poststall_sim.aircraft import Aircraft, MassProperties, Reference, read_only
+from poststall_sim.frames import (
+    GRAVITY,
+    FloatArray,
+    body_to_geometry,
+    body_to_stability,
+    cross,
+    geometry_to_body,
+)
+from poststall_sim.polar import APART
+from poststall_sim.propulsion import thrust
+from poststall_sim.stability.modes import LATERAL, LONGITUDINAL
+from poststall_sim.state import Status
+from poststall_sim.trim import ACCEPTED, TIGHT, Trim
+
+STEP = 1e-4
+"""Change of an angle [rad], of a velocity over V, and of p b/2V, q c/2V, r b/2V: differences of
+smooth curves are then good to 1e-6 or so, and what the solver leaves is far below."""
+_MOTION = ('u', 'v', 'w', 'p', 'q', 'r')
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Derivatives:
+    """
+    How steady loads change about a trim.
+
+    loads (6,) : aerodynamic force [N] and moment about the centre of gravity [N m] in B, at the
+    trim; motion (6, 6) : their change with (u, v, w) [per m/s] and (p, q, r) [per rad/s] in B;
+    thrust (6, 6) : that of the engines at fixed throttle; controls (6, k) [per rad], in the order
+    of ``aircraft.control_names``. Columns without a trustworthy difference are NaN, the status is
+    then not CONVERGED and message says why; max_residual : the worst of the closure in all
+    solutions [rad].
+
+    coefficients : by name, such as Cm_q or CY_beta, those of `polar.Coefficients`: CL and CD in
+    stability axes, which turn with alpha; CY and the moments Cl, Cm, Cn about the centre of
+    gravity in body axes. Each is derived, at constant airspeed, by alpha and beta [per rad], by
+    p b/2V, q c/2V, r b/2V about the body axes [-], and by each control, Cm_elevator [per rad].
+    """
+
+    loads: FloatArray
+    motion: FloatArray
+    thrust: FloatArray
+    controls: FloatArray
+    coefficients: Mapping[str, float]
+    status: Status
+    message: str
+    max_residual: float
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        for key in ('loads', 'motion', 'thrust', 'controls'):
+            object.__setattr__(self, key, read_only(getattr(self, key)))
+
+
+def quasi_steady(model: Model, trim: Trim, *, density: float, step: float = STEP) -> Derivatives:
+    """
+    Return the derivatives about a trim by central differences of converged steady loads.
+
+    Every solution starts from the decambering of the trim, so that all are on its branch, and is
+    converged to `trim.TIGHT`. A difference is refused where a solution does not converge, or where
+    the decambering of a strip changes on one side by `polar.APART` more than on the other: at
+    a fold, behind which the branch does not go on, it goes to another one.
+
+    Parameters
+    ----------
+    model : Model
+        The one that was trimmed.
+    trim : Trim
+        Straight flight, see `trim.straight` and `trim.glide`.
+    density : float
+        Of the air at the trim [kg/m^3].
+    step : float
+        Change over V, of an angle [rad], and of a rate without units [-].
+
+    Returns
+    -------
+    Derivatives
+        With their status. A trim may have its throttle or elevator out of reach; where it does
+        not balance, the derivatives are given and the status says that it does not.
+
+    References
+    ----------
+    B. Etkin, L. D. Reid, Dynamics of Flight, 3rd ed., 1996, ch. 4 and 5.
+
+    """
+    settings = model.settings
+    model = replace(model, settings=replace(
+        settings, start=Start.GIVEN, tolerance=min(TIGHT, settings.tolerance)))
+    nu, deflections = np.append(trim.velocity_B, np.zeros(3)), trim.controls.deflections
+    delta0 = trim.aero.strips.delta
+
+    def solved(change: FloatArray) -> AeroResult:
+        moved = nu + change[:6]
+        onset = Onset(body_to_geometry(-moved[:3]), body_to_geometry(moved[3:]))
+        return solver.steady(
+            model, onset, deflections + change[6:], density=density, delta0=delta0)
+
+    reference = model.aircraft.reference
+    steps = step * np.concatenate(
+        [np.full(3, trim.airspeed), _rate_units(reference, trim.airspeed),
+         np.ones(deflections.size)])
+    middle = solved(np.zeros(steps.size))
+    columns, complaints, residuals = [], [], [middle.max_residual]
+    if np.abs(trim.residual).max() > ACCEPTED or trim.aero.status is not Status.CONVERGED:
+        complaints.append(f'the trim: {trim.message}')
+    for name, change in zip((*_MOTION, *model.aircraft.control_names), np.diag(steps)):
+        low, high = solved(-change), solved(change)
+        residuals += [low.max_residual, high.max_residual]
+        column = (_load(high) - _load(low)) / (2.0 * change.sum())
+        complaint = _complaint(low, middle, high)
+        if complaint:
+            complaints.append(f'{name}: {complaint}')
+        columns.append(np.full(6, math.nan) if complaint else column)
+    matrix, loads = np.column_stack(columns), _load(middle)
+    worst = float(np.max(residuals))
+    status = Status.NOT_CONVERGED if complaints else Status.CONVERGED
+    if not (math.isfinite(worst) and np.isfinite(loads).all()):
+        status = Status.DIVERGED
+    return Derivatives(
+        loads=loads, motion=matrix[:, :6], thrust=_thrust(model.aircraft, trim, steps[:3]),
+        controls=matrix[:, 6:],
+        coefficients=_coefficients(model.aircraft, trim, loads, matrix, density),
+        status=status, message='; '.join(complaints) or 'converged', max_residual=worst)
+
+
+def _load(aero: AeroResult) -> FloatArray:
+    return np.concatenate([geometry_to_body(aero.force_G), geometry_to_body(aero.moment_G)])
+
+
+def _rate_units(reference: Reference, airspeed: float) -> FloatArray:
+    """Return the p, q, r [rad/s] at which p b/2V, q c/2V and r b/2V are 1."""
+    return 2.0 * airspeed / np.array([reference.span, reference.chord, reference.span])
+
+
+def _complaint(low: AeroResult, middle: AeroResult, high: AeroResult) -> str:
+    """Return what keeps the difference of two solutions from being used, '' if nothing does."""
+    for aero in (low, middle, high):
+        if aero.status is not Status.CONVERGED:
+            return f'a solution did not converge, residual {aero.max_residual:.1e}'
+    uneven = float(np.abs(
+        high.strips.delta + low.strips.delta - 2.0 * middle.strips.delta).max())
+    if uneven > APART:
+        return (f'the decambering changes by {math.degrees(uneven):.2g} deg more on one side than '
+                'on the other: the branch ends at a fold')
+    return ''
+
+
+def _thrust(aircraft: Aircraft, trim: Trim, steps: FloatArray) -> FloatArray:
+    """Return d(thrust)/d(nu) (6, 6); the thrust does not depend on the rates."""
+    result = np.zeros((6, 6))
+    for i, change in enumerate(np.diag(steps)):
+        low, high = (np.concatenate(
+            thrust(aircraft, trim.velocity_B + sign * change, trim.controls.throttle))
+            for sign in (-1.0, 1.0))
+        result[:, i] = (high - low) / (2.0 * steps[i])
+    return result
+
+
+def _coefficients(aircraft: Aircraft, trim: Trim, loads: FloatArray, matrix: FloatArray,
+                  density: float) -> dict[str, float]:
+    """Return the derivatives of the coefficients, from loads (6,) and their change (6, 6 + k)."""
+    alpha, airspeed, reference = trim.alpha, trim.airspeed, aircraft.reference
+    u, _, w = trim.velocity_B
+    by_alpha = matrix[:, 2] * u - matrix[:, 0] * w
+    # What stability axes see of a load that stays as it is in B, while they turn.
+    by_alpha[:3] += cross(np.array([0.0, 1.0, 0.0]), loads[:3])
+    rates = matrix[:, 3:6] * _rate_units(reference, airspeed)
+    by = {'alpha': by_alpha, 'beta': matrix[:, 1] * airspeed, 'p': rates[:, 0],
+          'q': rates[:, 1], 'r': rates[:, 2], **dict(zip(aircraft.control_names,
+                                                         matrix[:, 6:].T))}
+    area = 0.5 * density * airspeed ** 2 * reference.area
+    result = {}
+    for name, change in by.items():
+        drag, side, lift = body_to_stability(change[:3], alpha) / area
+        roll, pitch, yaw = change[3:] / area
+        values = {'CL': -lift, 'CD': -drag, 'CY': side, 'Cl': roll / reference.span,
+                  'Cm': pitch / reference.chord, 'Cn': yaw / reference.span}
+        result.update({f'{key}_{name}': float(value) for key, value in values.items()})
+    return result
+
+
+def state_matrix(mass: MassProperties, loads: FloatArray, *, velocity_B: FloatArray,
+                 pitch: float, added_mass: FloatArray | None = None) -> FloatArray:
+    """
+    Return A of dx/dt = A x for small motions about straight flight, wings level.
+
+    x = (u, v, w, p, q, r, phi, theta, psi): changes of velocity and rates in B, and of the Euler
+    angles. With the mass matrix M, the full inertia tensor in it,
+
+        M d(nu)/dt = (dQ/dnu) nu - (omega x m v0, 0) + m g (d/dTheta)(R_BN z_N) Theta,
+        d(phi)/dt = p + r tan(theta0),  d(theta)/dt = q,  d(psi)/dt = r / cos(theta0).
+
+    Parameters
+    ----------
+    mass : MassProperties
+        Of the aircraft.
+    loads : (6, 6) array
+        dQ/dnu, all loads but weight: `Derivatives.motion` + `Derivatives.thrust`.
+    velocity_B : (3,) array
+        v0, at the trim in B [m/s]; the air is at rest.
+    pitch : float
+        theta0 = alpha + climb angle [rad], below 90 deg either way.
+    added_mass : (6, 6) array, optional
+        In B about the centre of gravity [kg, kg m, kg m^2]; none without.
+
+    Returns
+    -------
+    (9, 9) array
+        Its longitudinal and lateral blocks of four are those of the textbooks, `longitudinal`
+        and `lateral`.
+
+    References
+    ----------
+    B. Etkin, L. D. Reid, Dynamics of Flight, 3rd ed., 1996, sec. 4.9.
+
+    """
+    u, v, w = velocity_B
+    st, ct = math.sin(pitch), math.cos(pitch)
+    inertia = np.zeros((6, 6)) if added_mass is None else added_mass.copy()
+    inertia[:3, :3] += mass.mass * np.eye(3)
+    inertia[3:, 3:] += mass.inertia_B
+    turning = np.array([[0.0, w, -v], [-w, 0.0, u], [v, -u, 0.0]])   # omega x v0
+    force = np.zeros((6, 9))
+    force[:, :6] = loads
+    force[:3, 3:6] -= mass.mass * turning
+    force[:3, 6] = mass.mass * GRAVITY * np.array([0.0, ct, 0.0])
+    force[:3, 7] = mass.mass * GRAVITY * np.array([-ct, 0.0, -st])
+    matrix = np.zeros((9, 9))
+    matrix[:6] = np.linalg.solve(inertia, force)
+    matrix[6, 3], matrix[6, 5] = 1.0, st / ct
+    matrix[7, 4] = 1.0
+    matrix[8, 5] = 1.0 / ct
+    return matrix
+
+
+def longitudinal(matrix: FloatArray) -> FloatArray:
+    """Return the block (4, 4) of (u, w, q, theta) of the matrix (9, 9) of all states."""
+    return matrix[np.ix_(LONGITUDINAL, LONGITUDINAL)]
+
+
+def lateral(matrix: FloatArray) -> FloatArray:
+    """Return the block (4, 4) of (v, p, r, phi) of the matrix (9, 9) of all states."""
+    return matrix[np.ix_(LATERAL, LATERAL)]
