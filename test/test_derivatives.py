@@ -26,7 +26,7 @@ from poststall_sim.frames import (
     quaternion_rate,
 )
 from poststall_sim.propulsion import thrust
-from poststall_sim.stability import derivatives, modes
+from poststall_sim.stability import bodies, derivatives, modes
 from poststall_sim.state import BodyState, Controls, Status
 
 ALTITUDE = 300.0
@@ -59,10 +59,14 @@ def stalled(model):
     return result
 
 
+def body_of(model, flown):
+    return bodies.free_body(
+        model.aircraft, velocity_B=flown.velocity_B, pitch=flown.alpha + flown.climb_angle,
+        throttle=flown.controls.throttle)
+
+
 def matrix_of(model, flown, result, **options):
-    return derivatives.state_matrix(
-        model.aircraft.mass, result.motion + result.thrust, velocity_B=flown.velocity_B,
-        pitch=flown.alpha + flown.climb_angle, **options)
+    return derivatives.state_matrix(body_of(model, flown), result.motion, **options)
 
 
 def modes_of(model, flown, result, **options):
@@ -187,18 +191,19 @@ def test_symmetric_flight_keeps_longitudinal_and_lateral_apart(model, cruise, st
         assert derivatives.lateral(matrix)[3, :2].tolist() == [0.0, 1.0]
 
 
-def test_thrust_falls_with_airspeed_at_fixed_throttle(model, cruise, found):
+def test_thrust_falls_with_airspeed_at_fixed_throttle(model, cruise):
     engine, = model.aircraft.engines
     expected = np.zeros((6, 6))
     expected[0, 0] = -cruise.controls.throttle * engine.static_thrust / engine.zero_thrust_airspeed
-    assert found.thrust == pytest.approx(expected, abs=1e-9)   # it stands at the CG's height
+    # It stands at the CG's height.
+    assert body_of(model, cruise).rest[:6, :3] == pytest.approx(expected[:, :3], abs=1e-9)
 
 
 def test_a_body_without_air_feels_gravity_and_its_own_turning(model):
-    mass = model.aircraft.mass
     u, w, pitch = 20.0, 3.0, 0.25
-    matrix = derivatives.state_matrix(
-        mass, np.zeros((6, 6)), velocity_B=np.array([u, 0.0, w]), pitch=pitch)
+    matrix = derivatives.state_matrix(bodies.free_body(
+        model.aircraft, velocity_B=np.array([u, 0.0, w]), pitch=pitch, throttle=0.0),
+        np.zeros((6, 6)))
     expected = np.zeros((9, 9))
     expected[0, 4], expected[2, 4] = -w, u
     expected[1, 3], expected[1, 5] = w, -u
@@ -214,7 +219,8 @@ def test_moments_go_through_the_product_of_inertia(model):
     mass = model.aircraft.mass
     loads = np.zeros((6, 6))
     loads[3, 1], loads[5, 1] = -3.0, 4.0
-    matrix = derivatives.state_matrix(mass, loads, velocity_B=np.zeros(3), pitch=0.0)
+    matrix = derivatives.state_matrix(bodies.free_body(
+        model.aircraft, velocity_B=np.zeros(3), pitch=0.0, throttle=0.0), loads)
     ixx, izz, ixz = mass.inertia_B[0, 0], mass.inertia_B[2, 2], -mass.inertia_B[0, 2]
     both = ixx * izz - ixz ** 2
     assert ixz != 0.0

@@ -26,7 +26,7 @@ HERE = Placement(np.zeros(3), wings.LEVEL)
 class Step:
     """One step of the march about its equilibrium, as a function of all that it depends on."""
 
-    def __init__(self, machine, alpha, deflections, nu0=np.zeros(6), **settings):
+    def __init__(self, machine, alpha, deflections, nu0, **settings):
         row = SPEED * DT
         self.model = build(machine, Settings(
             tolerance=1e-12, wake=Shape.FROZEN, wake_length=(ROWS - 0.5) * row, chordwise=2,
@@ -69,8 +69,8 @@ class Step:
         new, result = solver.advance(
             self.model, flow, self.onset(np.zeros(6) + nu), HERE, self.deflections + flap,
             density=wings.DENSITY, dt=DT, drift_N=np.zeros(3))
-        load = np.concatenate([geometry_to_body(result.force_G), geometry_to_body(result.moment_G)])
-        return np.concatenate([new.circulation, new.delta, load])
+        return np.concatenate([new.circulation, new.delta, geometry_to_body(result.force_G),
+                               geometry_to_body(result.moment_G)])
 
     def difference(self, name, direction, size):
         """Return the central difference of the three in a direction."""

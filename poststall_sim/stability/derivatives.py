@@ -22,9 +22,8 @@ from poststall_sim.aero import solver
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aero.schemes import Start
 from poststall_sim.aero.solver import AeroResult
-from poststall_sim.aircraft import Aircraft, MassProperties, Reference, read_only
+from poststall_sim.aircraft import Aircraft, Reference, read_only
 from poststall_sim.frames import (
-    GRAVITY,
     FloatArray,
     body_to_geometry,
     body_to_stability,
@@ -32,7 +31,7 @@ from poststall_sim.frames import (
     geometry_to_body,
 )
 from poststall_sim.polar import APART
-from poststall_sim.propulsion import thrust
+from poststall_sim.stability.bodies import Body
 from poststall_sim.stability.modes import LATERAL, LONGITUDINAL
 from poststall_sim.state import Status
 from poststall_sim.trim import ACCEPTED, TIGHT, Trim
@@ -50,7 +49,7 @@ class Derivatives:
 
     loads (6,) : aerodynamic force [N] and moment about the centre of gravity [N m] in B, at the
     trim; motion (6, 6) : their change with (u, v, w) [per m/s] and (p, q, r) [per rad/s] in B;
-    thrust (6, 6) : that of the engines at fixed throttle; controls (6, k) [per rad], in the order
+    controls (6, k) [per rad], in the order
     of ``aircraft.control_names``. Columns without a trustworthy difference are NaN, the status is
     then not CONVERGED and message says why; max_residual : the worst of the closure in all
     solutions [rad].
@@ -63,7 +62,6 @@ class Derivatives:
 
     loads: FloatArray
     motion: FloatArray
-    thrust: FloatArray
     controls: FloatArray
     coefficients: Mapping[str, float]
     status: Status
@@ -72,7 +70,7 @@ class Derivatives:
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
-        for key in ('loads', 'motion', 'thrust', 'controls'):
+        for key in ('loads', 'motion', 'controls'):
             object.__setattr__(self, key, read_only(getattr(self, key)))
 
 
@@ -141,8 +139,7 @@ def quasi_steady(model: Model, trim: Trim, *, density: float, step: float = STEP
     if not (math.isfinite(worst) and np.isfinite(loads).all()):
         status = Status.DIVERGED
     return Derivatives(
-        loads=loads, motion=matrix[:, :6], thrust=_thrust(model.aircraft, trim, steps[:3]),
-        controls=matrix[:, 6:],
+        loads=loads, motion=matrix[:, :6], controls=matrix[:, 6:],
         coefficients=_coefficients(model.aircraft, trim, loads, matrix, density),
         status=status, message='; '.join(complaints) or 'converged', max_residual=worst)
 
@@ -169,17 +166,6 @@ def _complaint(low: AeroResult, middle: AeroResult, high: AeroResult) -> str:
     return ''
 
 
-def _thrust(aircraft: Aircraft, trim: Trim, steps: FloatArray) -> FloatArray:
-    """Return d(thrust)/d(nu) (6, 6); the thrust does not depend on the rates."""
-    result = np.zeros((6, 6))
-    for i, change in enumerate(np.diag(steps)):
-        low, high = (np.concatenate(
-            thrust(aircraft, trim.velocity_B + sign * change, trim.controls.throttle))
-            for sign in (-1.0, 1.0))
-        result[:, i] = (high - low) / (2.0 * steps[i])
-    return result
-
-
 def _coefficients(aircraft: Aircraft, trim: Trim, loads: FloatArray, matrix: FloatArray,
                   density: float) -> dict[str, float]:
     """Return the derivatives of the coefficients, from loads (6,) and their change (6, 6 + k)."""
@@ -203,58 +189,19 @@ def _coefficients(aircraft: Aircraft, trim: Trim, loads: FloatArray, matrix: Flo
     return result
 
 
-def state_matrix(mass: MassProperties, loads: FloatArray, *, velocity_B: FloatArray,
-                 pitch: float, added_mass: FloatArray | None = None) -> FloatArray:
+def state_matrix(body: Body, loads: FloatArray,
+                 added_mass: FloatArray | None = None) -> FloatArray:
     """
-    Return A of dx/dt = A x for small motions about straight flight, wings level.
+    Return A (m, m) of dy/dt = A y for a body of m states in quasi-steady air.
 
-    x = (u, v, w, p, q, r, phi, theta, psi): changes of velocity and rates in B, and of the Euler
-    angles. With the mass matrix M, the full inertia tensor in it,
-
-        M d(nu)/dt = (dQ/dnu) nu - (omega x m v0, 0) + m g (d/dTheta)(R_BN z_N) Theta,
-        d(phi)/dt = p + r tan(theta0),  d(theta)/dt = q,  d(psi)/dt = r / cos(theta0).
-
-    Parameters
-    ----------
-    mass : MassProperties
-        Of the aircraft.
-    loads : (6, 6) array
-        dQ/dnu, all loads but weight: `Derivatives.motion` + `Derivatives.thrust`.
-    velocity_B : (3,) array
-        v0, at the trim in B [m/s]; the air is at rest.
-    pitch : float
-        theta0 = alpha + climb angle [rad], below 90 deg either way.
-    added_mass : (6, 6) array, optional
-        In B about the centre of gravity [kg, kg m, kg m^2]; none without.
-
-    Returns
-    -------
-    (9, 9) array
-        Its longitudinal and lateral blocks of four are those of the textbooks, `longitudinal`
-        and `lateral`.
-
-    References
-    ----------
-    B. Etkin, L. D. Reid, Dynamics of Flight, 3rd ed., 1996, sec. 4.9.
-
+    loads (6, 6) : of the air by nu, such as `Derivatives.motion`; added_mass (6, 6) : in B about
+    the centre of gravity [kg, kg m, kg m^2], none without. Of a free body the blocks of four that
+    `longitudinal` and `lateral` take are those of the textbooks.
     """
-    u, v, w = velocity_B
-    st, ct = math.sin(pitch), math.cos(pitch)
-    inertia = np.zeros((6, 6)) if added_mass is None else added_mass.copy()
-    inertia[:3, :3] += mass.mass * np.eye(3)
-    inertia[3:, 3:] += mass.inertia_B
-    turning = np.array([[0.0, w, -v], [-w, 0.0, u], [v, -u, 0.0]])   # omega x v0
-    force = np.zeros((6, 9))
-    force[:, :6] = loads
-    force[:3, 3:6] -= mass.mass * turning
-    force[:3, 6] = mass.mass * GRAVITY * np.array([0.0, ct, 0.0])
-    force[:3, 7] = mass.mass * GRAVITY * np.array([-ct, 0.0, -st])
-    matrix = np.zeros((9, 9))
-    matrix[:6] = np.linalg.solve(inertia, force)
-    matrix[6, 3], matrix[6, 5] = 1.0, st / ct
-    matrix[7, 4] = 1.0
-    matrix[8, 5] = 1.0 / ct
-    return matrix
+    mass = body.mass
+    if added_mass is not None:
+        mass = mass + body.push @ added_mass @ body.motion
+    return np.linalg.solve(mass, body.push @ loads @ body.motion + body.rest)
 
 
 def longitudinal(matrix: FloatArray) -> FloatArray:

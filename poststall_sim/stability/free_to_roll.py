@@ -30,7 +30,7 @@ from poststall_sim.frames import (
     rotation,
     velocity_from_flow_angles,
 )
-from poststall_sim.stability import linear, motion
+from poststall_sim.stability import bodies, linear, motion
 from poststall_sim.stability.motion import Decambering, Spectrum
 from poststall_sim.state import Status
 
@@ -89,7 +89,7 @@ def damping(model: Model, *, alpha: float, airspeed: float, density: float, axis
     aero = solver.steady(model, onset, neutral, density=density, delta0=delta0)
     flow = linear.linearise(model, onset, neutral, aero, density=density, dt=dt, rows=rows)
     about = axis.in_body(alpha)
-    body = motion.rolling_body(model.aircraft.mass, velocity_B, about)
+    body = bodies.rolling_body(model.aircraft.mass, velocity_B, about)
     reference = model.aircraft.reference
     scale = 0.25 * density * airspeed * reference.area * reference.span ** 2
     found = []

@@ -22,9 +22,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, SuperLU, eigs, splu
 
-from poststall_sim.aircraft import Aircraft, MassProperties
-from poststall_sim.frames import GRAVITY, FloatArray, euler_rates
-from poststall_sim.propulsion import thrust
+from poststall_sim.frames import FloatArray
+from poststall_sim.stability.bodies import Body
 from poststall_sim.stability.linear import LinearFlow
 
 
@@ -34,74 +33,6 @@ class Decambering(enum.Enum):
     FIXED = 'fixed'
     VARIABLE = 'variable'
     LAGGED = 'lagged'
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Body:
-    """
-    The equations M dy/dt = P L + R y + throttle of a body with m states y, and its nu = N y.
-
-    names (m,); motion (6, m) N; mass (m, m) M; push (m, 6) P, of the load of the air about the
-    centre of gravity in B; rest (m, m) R, weight, turning axes and engines; throttle (m,).
-    """
-
-    names: tuple[str, ...]
-    motion: FloatArray
-    mass: FloatArray
-    push: FloatArray
-    rest: FloatArray
-    throttle: FloatArray
-
-
-STATES = ('u', 'v', 'w', 'p', 'q', 'r', 'phi', 'theta', 'psi')
-
-
-def free_body(aircraft: Aircraft, velocity_B: FloatArray, roll: float, pitch: float,
-              throttle: float) -> Body:
-    """
-    Return an aircraft in straight flight, free to move: y = (u v w p q r phi theta psi).
-
-    velocity_B (3,) through the air [m/s]; roll, pitch [rad]. Air density and wind are held.
-    """
-    mass = aircraft.mass
-    push_rate, full = np.zeros((6, 3)), _engines(aircraft, velocity_B, 1.0)
-    for i, step in enumerate(np.eye(3) * 1e-3):
-        push_rate[:, i] = (_engines(aircraft, velocity_B + step, throttle)
-                           - _engines(aircraft, velocity_B - step, throttle)) / 2e-3
-    rest = np.zeros((9, 9))
-    rest[:6, :3] = push_rate
-    u, v, w = velocity_B
-    # -omega x m v, and the weight as the axes turn.
-    rest[:3, 3:6] = mass.mass * np.array([[0.0, -w, v], [w, 0.0, -u], [-v, u, 0.0]])
-    sr, cr, sp, cp = np.sin(roll), np.cos(roll), np.sin(pitch), np.cos(pitch)
-    rest[:3, 6:8] = mass.mass * GRAVITY * np.array(
-        [[0.0, -cp], [cr * cp, -sr * sp], [-sr * cp, -cr * sp]])
-    rest[6:, 3:6] = euler_rates(roll, pitch)
-    inertia = np.eye(9)
-    inertia[:3, :3] *= mass.mass
-    inertia[3:6, 3:6] = mass.inertia_B
-    return Body(STATES, np.eye(6, 9), inertia, np.eye(9, 6), rest,
-                np.concatenate([full, np.zeros(3)]))
-
-
-def _engines(aircraft: Aircraft, velocity_B: FloatArray, throttle: float) -> FloatArray:
-    return np.concatenate(thrust(aircraft, velocity_B, throttle))
-
-
-def rolling_body(mass: MassProperties, velocity_B: FloatArray, axis_B: FloatArray) -> Body:
-    """
-    Return a body held at its centre of gravity, free to turn about an axis: y = (rate, angle).
-
-    axis_B (3,) of unit length; velocity_B (3,) through the air [m/s], which the body sees from
-    another side as it turns; about its own direction it does not, and the angle is left out.
-    """
-    motion, push, rest = np.zeros((6, 2)), np.zeros((2, 6)), np.zeros((2, 2))
-    motion[3:, 0], motion[:3, 1] = axis_B, np.cross(velocity_B, axis_B)
-    push[0, 3:], rest[1, 0] = axis_B, 1.0
-    inertia = np.diag([float(axis_B @ mass.inertia_B @ axis_B), 1.0])
-    kept = 2 if np.abs(motion[:3, 1]).max() > 1e-9 * np.abs(velocity_B).max() else 1
-    return Body(('rate', 'angle')[:kept], motion[:, :kept], inertia[:kept, :kept], push[:kept],
-                rest[:kept, :kept], np.zeros(kept))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
