@@ -1,7 +1,7 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Straight trimmed flight: at an airspeed, powered or gliding, or gliding at an angle of attack.
+Straight trimmed flight at an airspeed or at an angle of attack, powered or gliding.
 
 The residual is the sum of forces and moments over weight (and weight times mean chord), from the
 same steady loads that the flight starts from.
@@ -193,3 +193,33 @@ def glide(model: Model, *, alpha: float, altitude: float,
     airspeed = trial_speed * math.sqrt(weight / math.hypot(lift, drag))
     aero = _loads(model, airspeed, alpha, elevator, density, state['delta'])
     return _finish(model, airspeed, alpha, -math.atan2(drag, lift), elevator, 0.0, aero)
+
+
+def powered(model: Model, *, alpha: float, altitude: float, climb_angle: float = 0.0,
+            delta0: FloatArray | None = None) -> Trim:
+    """
+    Return the flight at an angle of attack along a climb angle [rad], level by default.
+
+    Elevator, throttle and airspeed balance it, from those of the glide at this angle. delta0 (n,)
+    carries the decambering of a neighbouring alpha along.
+    """
+    if not model.aircraft.engines:
+        raise ConfigError(f'{model.aircraft.name} has no engine to hold a climb angle with')
+    gliding = glide(model, alpha=alpha, altitude=altitude, delta0=delta0)
+    model = _tight(model)
+    density = standard_air(altitude).density
+    elevator0 = float(gliding.controls.deflections[_elevator(model)])
+    state = {'delta': gliding.aero.strips.delta}
+
+    def imbalance(unknown: FloatArray) -> FloatArray:
+        share, elevator, throttle = (float(x) for x in unknown)
+        airspeed = gliding.airspeed * share
+        aero = _loads(model, airspeed, alpha, elevator, density, state['delta'])
+        state['aero'], state['delta'] = aero, aero.strips.delta
+        return _residual(model, airspeed, alpha, climb_angle, throttle, aero)
+
+    found = root(imbalance, np.array([1.0, elevator0, 0.5]), method='hybr', tol=1e-12)
+    imbalance(found.x)
+    share, elevator, throttle = (float(x) for x in found.x)
+    return _finish(model, gliding.airspeed * share, alpha, climb_angle, elevator, throttle,
+                   state['aero'])

@@ -307,7 +307,8 @@ def _merged(fast: str, slow: str) -> str:
     return f'{fast} + {slow}'
 
 
-def track(previous: Sequence[Mode], current: Sequence[Mode]) -> list[Mode]:
+def track(previous: Sequence[Mode], current: Sequence[Mode],
+          doubt: Sequence[float] | None = None) -> list[Mode]:
     """
     Return the modes of one trim under the names that they have as branches from the one before.
 
@@ -316,7 +317,7 @@ def track(previous: Sequence[Mode], current: Sequence[Mode]) -> list[Mode]:
         1 - |a^H b|^2 / (|a|^2 |b|^2)  +  |lambda_a - lambda_b| / (|lambda_a| + |lambda_b|),
 
     the shapes' correlation (modal assurance criterion, without the heading) and the eigenvalues'
-    distance. A mode keeps the name of the branch it continues. Where a pair splits, its two real
+    distance, and what is said against a mode beforehand. A mode keeps the name of the branch it continues. Where a pair splits, its two real
     modes are `fast` and `slow` of its name; where two real modes merge that were one, or roll
     and spiral, the pair has its name again; any other two give theirs both, `A + B`, as the third
     oscillation of an aircraft without static stability, `short period, slow + phugoid, fast`.
@@ -328,6 +329,8 @@ def track(previous: Sequence[Mode], current: Sequence[Mode]) -> list[Mode]:
         From `classify`, or from `track`, at the trim before.
     current : sequence of Mode
         From `classify` at this one.
+    doubt : sequence of float, optional
+        What is said against each of `current`, 0 to 1: of a wake's more than of a body's.
 
     Returns
     -------
@@ -342,7 +345,8 @@ def track(previous: Sequence[Mode], current: Sequence[Mode]) -> list[Mode]:
     """
     before = [(i, *slot) for i, mode in enumerate(previous) for slot in _slots(mode)]
     now = [(i, *slot) for i, mode in enumerate(current) for slot in _slots(mode)]
-    cost = np.array([[_unlike(a, b) for b in now] for a in before]).reshape(len(before), len(now))
+    cost = np.array([[_unlike(a, b) + (doubt[b[0]] if doubt is not None else 0.0) for b in now]
+                     for a in before]).reshape(len(before), len(now))
     origins: list[list[int]] = [[] for _ in current]
     for a, b in zip(*linear_sum_assignment(cost)):
         origins[now[b][0]].append(before[a][0])

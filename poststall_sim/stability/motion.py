@@ -160,7 +160,7 @@ def response(system: System, z: complex) -> np.ndarray:
 @dataclass(frozen=True, slots=True, eq=False)
 class Spectrum:
     """
-    Eigenvalues near z = 1 of a system, of conjugate pairs the one with positive imaginary part.
+    Eigenvalues of a system, of conjugate pairs the one with positive imaginary part.
 
     eigenvalues (k,) : continuous, ln(z)/dt [1/s]; vectors (m, k) of the body's states;
     participation (k,) : about 1 for a mode of the body, 0 for one of the wake, in between where
@@ -176,46 +176,90 @@ class Spectrum:
 
 NEAR = 1.0 + 0.03j
 """Where eigenvalues are looked for: off z = 1, which the heading has for its own."""
+SAME = 1e-6
+"""Eigenvalues z closer to each other are one."""
+
+
+def quasi_steady(system: System) -> FloatArray:
+    """Return A (m, m) of dy/dt = A y with the air's load at rest and the added mass it has."""
+    flow, body = system.flow, system.body
+    added = flow.load_rate @ np.linalg.solve(flow.bound, flow.onset)
+    return np.linalg.solve(
+        body.mass + body.push @ added @ body.motion,
+        body.push @ response(system, 1.0).real @ body.motion + body.rest)
 
 
 def spectrum(system: System, count: int = 24) -> Spectrum:
-    """Return the `count` eigenvalues nearest to z = 1, by Arnoldi on the shifted inverse."""
+    """
+    Return the `count` eigenvalues nearest to z = 1, by Arnoldi on the shifted inverse.
+
+    And what Newton's method finds further out from the quasi-steady eigenvalues: a body that is
+    quickly damped, or that departs quickly.
+    """
     factors = _factors(system.a - NEAR * system.e)
     inverse = LinearOperator((system.size, system.size), dtype=complex,
                              matvec=lambda x: factors.solve(system.e @ x))
     found, vectors = eigs(inverse, k=count, which='LM', tol=1e-11,
                           v0=np.ones(system.size, dtype=complex))
     z = NEAR + 1.0 / found
-    upper = z.imag > -1e-9
-    z, vectors = z[upper], vectors[:, upper]
     error = system.a @ vectors - (system.e @ vectors) * z
+    residual = list(np.linalg.norm(error, axis=0)
+                    / (sparse.linalg.norm(system.a) * np.linalg.norm(vectors, axis=0)))
+    z, vectors, reach = list(z), list(vectors[system.own].T), float(np.abs(z - NEAR).max())
+    for value in np.linalg.eigvals(quasi_steady(system)):
+        start = np.exp(value * system.flow.dt)
+        if value.imag >= 0.0 and abs(start - NEAR) > reach:
+            end, vector, left = _newton(system, start)
+            if left < 1e-10 and min(abs(end - other) for other in z) > SAME:
+                z.append(end)
+                vectors.append(vector)
+                residual.append(left)
+    upper = [i for i, each in enumerate(z) if each.imag > -1e-9]
+    z = np.array(z)[upper]
     return Spectrum(
-        eigenvalues=np.log(z) / system.flow.dt, vectors=vectors[system.own],
+        eigenvalues=np.log(z) / system.flow.dt, vectors=np.array(vectors)[upper].T,
         participation=np.array([_participation(system, each) for each in z]),
-        residual=np.linalg.norm(error, axis=0)
-        / (sparse.linalg.norm(system.a) * np.linalg.norm(vectors, axis=0)))
+        residual=np.array(residual)[upper])
+
+
+def _small(system: System, z: complex) -> np.ndarray:
+    """
+    Return what is left of A - z E for the body's states when the flow is eliminated.
+
+        S(z) = (1 + 1/z) (P H(z) N + R) / 2 - M (1 - 1/z)/dt
+    """
+    body = system.body
+    return 0.5 * (1.0 + 1.0 / z) * (body.push @ response(system, z) @ body.motion + body.rest) \
+        - body.mass / system.flow.dt * (1.0 - 1.0 / z)
+
+
+def _slope(system: System, z: complex) -> tuple[complex, complex, np.ndarray, complex, float]:
+    """Return u* S v, u* S' v, v, u* M v and |S v|/|S|, u and v the vectors S all but maps to 0."""
+    step = 1e-7
+    here = _small(system, z)
+    left, size, right = np.linalg.svd(here)
+    u, v = left[:, -1].conj(), right[-1].conj()
+    change = u @ ((_small(system, z + step) - here) / step) @ v
+    return u @ here @ v, change, v, u @ system.body.mass @ v, float(size[-1] / size[0])
+
+
+def _newton(system: System, z: complex) -> tuple[complex, np.ndarray, float]:
+    """Return the eigenvalue that Newton's method on u* S v leads to, v and what is left."""
+    for _ in range(30):
+        value, change, vector, _, left = _slope(system, z)
+        if left < 1e-13 or not np.isfinite(change) or abs(z) < 0.1:
+            break
+        z = z - value / change
+    return z, vector, left
 
 
 def _participation(system: System, z: complex) -> float:
     """
     Return the body's share in a mode: its part of the product of left and right eigenvector.
 
-    With the flow eliminated the modes are where the small matrix
-
-        S(z) = M (1 - 1/z)/dt - (1 + 1/z) (P H(z) N + R) / 2
-
-    is singular; dS/dz of the whole over that of the body's inertia alone is what remains of the
-    product. (Perez-Arriaga, Verghese & Schweppe, IEEE Trans. PAS-101(9), 1982, for systems
-    without elimination.)
+    dS/dz of the whole is what remains of the product when the flow is eliminated; that of the
+    body's inertia alone is its part. (Perez-Arriaga, Verghese & Schweppe, IEEE Trans. PAS-101(9),
+    1982, for systems without elimination.)
     """
-    def small(z: complex) -> np.ndarray:
-        body = system.body
-        return body.mass / system.flow.dt * (1.0 - 1.0 / z) - 0.5 * (1.0 + 1.0 / z) * (
-            body.push @ response(system, z) @ body.motion + body.rest)
-
-    step = 1e-7
-    here = small(z)
-    left, _, right = np.linalg.svd(here)
-    change = left[:, -1].conj() @ ((small(z + step) - here) / step) @ right[-1].conj()
-    inertia = left[:, -1].conj() @ system.body.mass @ right[-1].conj() / (system.flow.dt * z ** 2)
-    return float(abs(inertia / change))
+    _, change, _, inertia, _ = _slope(system, z)
+    return float(abs(inertia / (system.flow.dt * z ** 2 * change)))

@@ -1,0 +1,197 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""Modes of trimmed flight along the angle of attack, past the stall."""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from poststall_sim import simulation
+from poststall_sim import trim as trims
+from poststall_sim.aero.model import Model, Onset
+from poststall_sim.atmosphere import standard_air
+from poststall_sim.frames import FloatArray, body_to_geometry
+from poststall_sim.stability import bodies, derivatives, linear, modes, motion
+from poststall_sim.stability.modes import Mode
+from poststall_sim.stability.motion import Decambering, System
+from poststall_sim.state import Status
+from poststall_sim.trim import Trim
+
+OWN = 0.1
+"""A mode in which the body has less of a share is one of the wake, and left out."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Linearised:
+    """
+    A trimmed flight and its linear systems, one for each kind of decambering asked for.
+
+    condition : of the closure's Jacobian, see `linear.LinearFlow`; status and message say whether
+    the systems are there, and why not.
+    """
+
+    trim: Trim
+    systems: dict[Decambering, System]
+    condition: float
+    status: Status
+    message: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FlightModes:
+    """
+    The modes of a trimmed flight, by name and the classical ones first.
+
+    model : a kind of `Decambering`, or QUASI_STEADY; shares (k,) : the body's in each mode, 0 to
+    1, see `motion.Spectrum`; residual : the greatest of the eigenvalues.
+    """
+
+    trim: Trim
+    model: str
+    modes: tuple[Mode, ...]
+    shares: FloatArray
+    residual: float
+    status: Status
+    message: str
+
+
+QUASI_STEADY = 'quasi-steady'
+"""The name of the model without a wake, from derivatives of steady loads."""
+
+
+def linearise(model: Model, trim: Trim, *, altitude: float,
+              decamberings: Iterable[Decambering], dt: float | None = None,
+              rows: int | None = None) -> Linearised:
+    """
+    Return the linear systems about a trim.
+
+    altitude [m]; dt [s], by default the flight's own; rows : of wake, by default as many as the
+    flight has. What the trim lacks in balance is left out. Raises `ConfigError` where there is no
+    lattice flow, see `linear.linearise`.
+    """
+    if dt is None:
+        dt = simulation.automatic_dt_ns(model, trim.airspeed) * 1e-9
+    if trim.status is not Status.CONVERGED:
+        return Linearised(trim, {}, math.nan, trim.status, trim.message)
+    onset = Onset(body_to_geometry(-trim.velocity_B), np.zeros(3))
+    flow = linear.linearise(model, onset, trim.controls.deflections, trim.aero,
+                            density=standard_air(altitude).density, dt=dt, rows=rows)
+    if flow.at_fold:
+        return Linearised(trim, {}, flow.condition, Status.NOT_CONVERGED,
+                          f'at a fold of the decambering, condition {flow.condition:.1e}: there '
+                          'is no derivative, the flow departs')
+    body = _body(model, trim)
+    return Linearised(
+        trim, {each: motion.assemble(flow, body, model.aircraft.control_names, each,
+                                     model.settings.lag) for each in decamberings},
+        flow.condition, Status.CONVERGED, 'linearised')
+
+
+def _body(model: Model, trim: Trim) -> bodies.Body:
+    return bodies.free_body(
+        model.aircraft, velocity_B=trim.velocity_B, pitch=trim.alpha + trim.climb_angle,
+        throttle=trim.controls.throttle)
+
+
+def flight_modes(model: Model, system: System, trim: Trim, name: str,
+                 branches: Sequence[Mode] = (), count: int = 24,
+                 ) -> tuple[FlightModes, tuple[Mode, ...]]:
+    """
+    Return the modes of a linear system, and the quasi-steady ones they are named after.
+
+    Of an aircraft so light that its quick modes die away as fast as the wake, the lattice has
+    no one eigenvalue for them. The same body in quasi-steady air has, and the modes of the lattice
+    take their names from those they are most like; what is left over is `wake 1`, `wake 2`, by
+    the body's share. branches : the quasi-steady modes at the trim
+    before, whose names these continue; count : see `motion.spectrum`.
+    """
+    found = motion.spectrum(system, count)
+    own = found.participation >= OWN
+    shares, values = found.participation[own], found.eigenvalues[own]
+    matrix = motion.quasi_steady(system)
+    plain = _classify(model, trim, *np.linalg.eig(matrix), np.ones(len(matrix)))
+    if branches:
+        plain = tuple(modes.track(branches, plain))
+
+    def share(mode: Mode) -> float:
+        return float(np.minimum(shares[np.argmin(np.abs(values - mode.eigenvalue))], 1.0))
+
+    lattice = sorted(_classify(model, trim, values, found.vectors[:, own], shares),
+                     key=lambda mode: -share(mode))
+    named = modes.track(plain, [replace(mode, name=f'wake {i}') for i, mode in
+                                enumerate(lattice, 1)], [1.0 - share(mode) for mode in lattice])
+    return FlightModes(trim, name, tuple(named), np.array([share(mode) for mode in named]),
+                       float(found.residual[own].max()), Status.CONVERGED, 'found'), plain
+
+
+def quasi_steady_modes(model: Model, trim: Trim, *, altitude: float) -> FlightModes:
+    """Return the modes of the classical equations with derivatives of steady loads."""
+    found = derivatives.quasi_steady(model, trim, density=standard_air(altitude).density)
+    if found.status is not Status.CONVERGED:
+        return FlightModes(trim, QUASI_STEADY, (), np.zeros(0), math.nan, found.status,
+                           found.message)
+    matrix = derivatives.state_matrix(_body(model, trim), found.motion)
+    values, vectors = np.linalg.eig(matrix)
+    error = np.linalg.norm(matrix @ vectors - vectors * values, axis=0)
+    named = _classify(model, trim, values, vectors, np.ones(len(values)))
+    return FlightModes(trim, QUASI_STEADY, named, np.ones(len(named)),
+                       float(error.max() / np.linalg.norm(matrix)), Status.CONVERGED, 'found')
+
+
+def _classify(model: Model, trim: Trim, eigenvalues: np.ndarray, vectors: np.ndarray,
+              shares: FloatArray) -> tuple[Mode, ...]:
+    reference = model.aircraft.reference
+    return modes.classify(
+        eigenvalues, vectors, airspeed=trim.airspeed, span=reference.span, chord=reference.chord,
+        participation=np.minimum(shares, 1.0))
+
+
+def trims_along(model: Model, alphas: Iterable[float], *, altitude: float,
+                climb_angle: float | None = None) -> Iterator[Trim]:
+    """
+    Yield the trim at each angle of attack [rad], each on the branch of the one before.
+
+    climb_angle [rad] : powered along it; None, a glide.
+    """
+    delta0 = None
+    for alpha in alphas:
+        trim = trims.glide(model, alpha=alpha, altitude=altitude, delta0=delta0) \
+            if climb_angle is None else trims.powered(
+                model, alpha=alpha, altitude=altitude, climb_angle=climb_angle, delta0=delta0)
+        if trim.status is Status.CONVERGED:
+            delta0 = trim.aero.strips.delta
+        yield trim
+
+
+def modes_along(model: Model, flown: Iterable[Trim], *, altitude: float,
+                decamberings: tuple[Decambering, ...], quasi_steady: bool = False,
+                dt: float | None = None, rows: int | None = None,
+                ) -> Iterator[tuple[FlightModes, ...]]:
+    """
+    Yield the modes of each trim by each model, under the names of the branches they continue.
+
+    Where a flow cannot be linearised the modes are none and the message says why; the names go on
+    from the last that could.
+    """
+    branches: dict[str, tuple[Mode, ...]] = {}
+    for trim in flown:
+        at = linearise(model, trim, altitude=altitude, decamberings=decamberings, dt=dt, rows=rows)
+        found = []
+        for each in decamberings:
+            if at.systems:
+                one, branches[each.value] = flight_modes(
+                    model, at.systems[each], trim, each.value, branches.get(each.value, ()))
+            else:
+                one = FlightModes(trim, each.value, (), np.zeros(0), math.nan, at.status,
+                                  at.message)
+            found.append(one)
+        if quasi_steady:
+            one = quasi_steady_modes(model, trim, altitude=altitude)
+            if one.modes:
+                named = modes.track(branches.get(QUASI_STEADY, one.modes), one.modes)
+                one = replace(one, modes=tuple(named))
+                branches[QUASI_STEADY] = one.modes
+            found.append(one)
+        yield tuple(found)
