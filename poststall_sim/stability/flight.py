@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from poststall_sim import simulation
 from poststall_sim import trim as trims
@@ -118,12 +119,27 @@ def flight_modes(model: Model, system: System, trim: Trim, name: str,
     def share(mode: Mode) -> float:
         return float(np.minimum(shares[np.argmin(np.abs(values - mode.eigenvalue))], 1.0))
 
-    lattice = sorted(_classify(model, trim, values, found.vectors[:, own], shares),
-                     key=lambda mode: -share(mode))
-    named = modes.track(plain, [replace(mode, name=f'wake {i}') for i, mode in
-                                enumerate(lattice, 1)], [1.0 - share(mode) for mode in lattice])
+    lattice = _classify(model, trim, values, found.vectors[:, own], shares)
+    named = _named_after(plain, lattice, 1.0 - np.array([share(mode) for mode in lattice]))
+    wake = sorted(named[len(plain):], key=lambda mode: -share(mode))
+    named[len(plain):] = [replace(mode, name=f'wake {i}') for i, mode in enumerate(wake, 1)]
     return FlightModes(trim, name, tuple(named), np.array([share(mode) for mode in named]),
                        float(found.residual[own].max()), Status.CONVERGED, 'found'), plain
+
+
+def _named_after(patterns: Sequence[Mode], current: Sequence[Mode],
+                doubt: FloatArray) -> list[Mode]:
+    """
+    Return modes under the names of those they are most like, and those left over by their own.
+
+    One to one, with the least sum of the distance that `modes.track` has and of what is said
+    against each of the current ones, doubt (k,) from 0 to 1. Those of the patterns come first.
+    """
+    cost = np.array([[modes.unlike(next(modes.slots(a)), next(modes.slots(b))) for b in current]
+                     for a in patterns]).reshape(len(patterns), len(current)) + doubt
+    matched = dict(zip(*linear_sum_assignment(cost)))
+    rest = [mode for i, mode in enumerate(current) if i not in matched.values()]
+    return [replace(current[i], name=patterns[a].name) for a, i in matched.items()] + rest
 
 
 def quasi_steady_modes(model: Model, trim: Trim, *, altitude: float) -> FlightModes:

@@ -48,6 +48,8 @@ NEUTRAL = 1e-5
 """The eigenvalue of the heading is below this, times V/b: a spiral that slow is not seen."""
 ONLY_HEADING = 1e-3
 """The shape of the heading's mode has less than this of anything but the heading."""
+Slot = tuple[complex, ComplexArray]
+"""An eigenvalue and its shape (8,), without the heading."""
 COUPLED = 0.1
 """Least share of the other kind of motion in a coupled mode."""
 EIGENVALUES = 4
@@ -307,8 +309,7 @@ def _merged(fast: str, slow: str) -> str:
     return f'{fast} + {slow}'
 
 
-def track(previous: Sequence[Mode], current: Sequence[Mode],
-          doubt: Sequence[float] | None = None) -> list[Mode]:
+def track(previous: Sequence[Mode], current: Sequence[Mode]) -> list[Mode]:
     """
     Return the modes of one trim under the names that they have as branches from the one before.
 
@@ -317,7 +318,7 @@ def track(previous: Sequence[Mode], current: Sequence[Mode],
         1 - |a^H b|^2 / (|a|^2 |b|^2)  +  |lambda_a - lambda_b| / (|lambda_a| + |lambda_b|),
 
     the shapes' correlation (modal assurance criterion, without the heading) and the eigenvalues'
-    distance, and what is said against a mode beforehand. A mode keeps the name of the branch it continues. Where a pair splits, its two real
+    distance. A mode keeps the name of the branch it continues. Where a pair splits, its two real
     modes are `fast` and `slow` of its name; where two real modes merge that were one, or roll
     and spiral, the pair has its name again; any other two give theirs both, `A + B`, as the third
     oscillation of an aircraft without static stability, `short period, slow + phugoid, fast`.
@@ -329,8 +330,6 @@ def track(previous: Sequence[Mode], current: Sequence[Mode],
         From `classify`, or from `track`, at the trim before.
     current : sequence of Mode
         From `classify` at this one.
-    doubt : sequence of float, optional
-        What is said against each of `current`, 0 to 1: of a wake's more than of a body's.
 
     Returns
     -------
@@ -343,9 +342,9 @@ def track(previous: Sequence[Mode], current: Sequence[Mode],
     R. J. Allemang, The Modal Assurance Criterion, Sound and Vibration 37(8), 2003.
 
     """
-    before = [(i, *slot) for i, mode in enumerate(previous) for slot in _slots(mode)]
-    now = [(i, *slot) for i, mode in enumerate(current) for slot in _slots(mode)]
-    cost = np.array([[_unlike(a, b) + (doubt[b[0]] if doubt is not None else 0.0) for b in now]
+    before = [(i, *slot) for i, mode in enumerate(previous) for slot in slots(mode)]
+    now = [(i, *slot) for i, mode in enumerate(current) for slot in slots(mode)]
+    cost = np.array([[unlike(a[1:], b[1:]) for b in now]
                      for a in before]).reshape(len(before), len(now))
     origins: list[list[int]] = [[] for _ in current]
     for a, b in zip(*linear_sum_assignment(cost)):
@@ -376,19 +375,19 @@ def track(previous: Sequence[Mode], current: Sequence[Mode],
     return result
 
 
-def _slots(mode: Mode) -> Iterator[tuple[complex, ComplexArray]]:
+def slots(mode: Mode) -> Iterator[Slot]:
     """Yield the eigenvalues of a mode, one or a pair, each with its shape."""
     yield mode.eigenvalue, mode.shape[:HEADING]
     if mode.oscillates:
         yield mode.eigenvalue.conjugate(), mode.shape[:HEADING].conj()
 
 
-def _unlike(a: tuple[int, complex, ComplexArray], b: tuple[int, complex, ComplexArray]) -> float:
-    """Return how far apart two eigenvalues and their shapes are, 0 to 2."""
+def unlike(a: Slot, b: Slot) -> float:
+    """Return how far apart two eigenvalues and their shapes are, 0 to 2, see `track`."""
     tiny = np.finfo(float).tiny
-    correlation = abs(np.vdot(a[2], b[2])) ** 2 / max(
-        float(np.vdot(a[2], a[2]).real * np.vdot(b[2], b[2]).real), tiny)
-    return 1.0 - correlation + abs(a[1] - b[1]) / max(abs(a[1]) + abs(b[1]), tiny)
+    correlation = abs(np.vdot(a[1], b[1])) ** 2 / max(
+        float(np.vdot(a[1], a[1]).real * np.vdot(b[1], b[1]).real), tiny)
+    return 1.0 - correlation + abs(a[0] - b[0]) / max(abs(a[0]) + abs(b[0]), tiny)
 
 
 def _continued(branches: list[str], mode: Mode) -> str:

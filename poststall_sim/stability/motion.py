@@ -208,7 +208,7 @@ def spectrum(system: System, count: int = 24) -> Spectrum:
     z, vectors, reach = list(z), list(vectors[system.own].T), float(np.abs(z - NEAR).max())
     for value in np.linalg.eigvals(quasi_steady(system)):
         start = np.exp(value * system.flow.dt)
-        if value.imag >= 0.0 and abs(start - NEAR) > reach:
+        if value.imag >= 0.0 and abs(start - NEAR) > 0.5 * reach:
             end, vector, left = _newton(system, start)
             if left < 1e-10 and min(abs(end - other) for other in z) > SAME:
                 z.append(end)
