@@ -68,12 +68,12 @@ class System:
 
     def march(self, y: FloatArray, steps: int) -> FloatArray:
         """Return the body's states (steps + 1, m) from y (m,), in a flow as yet undisturbed."""
-        factors = _factors(self.e)
+        solve = factors(self.e)
         x = np.zeros(self.size)
         x[self.own] = y
         out = [y]
         for _ in range(steps):
-            x = factors.solve(self.a @ x)
+            x = solve.solve(self.a @ x)
             out.append(x[self.own])
         return np.array(out)
 
@@ -133,7 +133,7 @@ def assemble(flow: LinearFlow, body: Body, controls: tuple[str, ...],
         share, kept)
 
 
-def _factors(matrix: sparse.csc_matrix) -> SuperLU:
+def factors(matrix: sparse.csc_matrix) -> SuperLU:
     """Return the factors of E or A - z E, eliminated in the order they stand in."""
     return splu(matrix.tocsc(), permc_spec='NATURAL', diag_pivot_thresh=0.0,
                 options={'SymmetricMode': True})
@@ -189,6 +189,19 @@ def quasi_steady(system: System) -> FloatArray:
         body.push @ response(system, 1.0).real @ body.motion + body.rest)
 
 
+def arnoldi(system: System, count: int) -> tuple[np.ndarray, np.ndarray, FloatArray]:
+    """Return the z (k,) nearest to 1, whole vectors (k, N) and residuals as of `Spectrum`."""
+    solve = factors(system.a - NEAR * system.e)
+    inverse = LinearOperator((system.size, system.size), dtype=complex,
+                             matvec=lambda x: solve.solve(system.e @ x))
+    found, vectors = eigs(inverse, k=count, which='LM', tol=1e-11,
+                          v0=np.ones(system.size, dtype=complex))
+    z = NEAR + 1.0 / found
+    error = system.a @ vectors - (system.e @ vectors) * z
+    return z, vectors.T, np.linalg.norm(error, axis=0) / (
+        sparse.linalg.norm(system.a) * np.linalg.norm(vectors, axis=0))
+
+
 def spectrum(system: System, count: int = 24) -> Spectrum:
     """
     Return the `count` eigenvalues nearest to z = 1, by Arnoldi on the shifted inverse.
@@ -196,16 +209,8 @@ def spectrum(system: System, count: int = 24) -> Spectrum:
     And what Newton's method finds further out from the quasi-steady eigenvalues: a body that is
     quickly damped, or that departs quickly.
     """
-    factors = _factors(system.a - NEAR * system.e)
-    inverse = LinearOperator((system.size, system.size), dtype=complex,
-                             matvec=lambda x: factors.solve(system.e @ x))
-    found, vectors = eigs(inverse, k=count, which='LM', tol=1e-11,
-                          v0=np.ones(system.size, dtype=complex))
-    z = NEAR + 1.0 / found
-    error = system.a @ vectors - (system.e @ vectors) * z
-    residual = list(np.linalg.norm(error, axis=0)
-                    / (sparse.linalg.norm(system.a) * np.linalg.norm(vectors, axis=0)))
-    z, vectors, reach = list(z), list(vectors[system.own].T), float(np.abs(z - NEAR).max())
+    z, vectors, residual = (list(each) for each in arnoldi(system, count))
+    vectors, reach = [each[system.own] for each in vectors], max(abs(each - NEAR) for each in z)
     for value in np.linalg.eigvals(quasi_steady(system)):
         start = np.exp(value * system.flow.dt)
         if value.imag >= 0.0 and abs(start - NEAR) > 0.5 * reach:
