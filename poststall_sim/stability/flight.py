@@ -11,9 +11,11 @@ from scipy.optimize import linear_sum_assignment
 
 from poststall_sim import simulation
 from poststall_sim import trim as trims
+from poststall_sim.aero import solver
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import FloatArray, body_to_geometry
+from poststall_sim.polar import APART
 from poststall_sim.stability import bodies, derivatives, linear, modes, motion
 from poststall_sim.stability.modes import Mode
 from poststall_sim.stability.motion import Decambering, System
@@ -46,7 +48,8 @@ class FlightModes:
     The modes of a trimmed flight, by name and the classical ones first.
 
     model : a kind of `Decambering`, or QUASI_STEADY; shares (k,) : the body's in each mode, 0 to
-    1, see `motion.Spectrum`; residual : the greatest of the eigenvalues.
+    1, see `motion.Spectrum`; residual : the greatest of the eigenvalues; departed : the branch
+    of the trim before has ended on the way here, at a fold, and these modes are another branch's.
     """
 
     trim: Trim
@@ -56,6 +59,7 @@ class FlightModes:
     residual: float
     status: Status
     message: str
+    departed: bool = False
 
 
 QUASI_STEADY = 'quasi-steady'
@@ -189,10 +193,15 @@ def modes_along(model: Model, flown: Iterable[Trim], *, altitude: float,
     Yield the modes of each trim by each model, under the names of the branches they continue.
 
     Where a flow cannot be linearised the modes are none and the message says why; the names go on
-    from the last that could.
+    from the last that could. A fold is looked for by going back from each trim to the one before.
     """
     branches: dict[str, tuple[Mode, ...]] = {}
+    before: Trim | None = None
     for trim in flown:
+        departed = False
+        if trim.status is Status.CONVERGED:
+            departed = before is not None and _departed(model, before, trim, altitude)
+            before = trim
         at = linearise(model, trim, altitude=altitude, decamberings=decamberings, dt=dt, rows=rows)
         found = []
         for each in decamberings:
@@ -210,4 +219,16 @@ def modes_along(model: Model, flown: Iterable[Trim], *, altitude: float,
                 one = replace(one, modes=tuple(named))
                 branches[QUASI_STEADY] = one.modes
             found.append(one)
+        if departed:
+            found = [replace(each, departed=True, message=f'{each.message}; the branch before '
+                             'has ended at a fold') for each in found]
         yield tuple(found)
+
+
+def _departed(model: Model, before: Trim, trim: Trim, altitude: float) -> bool:
+    """Tell whether the decambering on the way back is not that of the trim before."""
+    back = solver.steady(
+        model, Onset(body_to_geometry(-before.velocity_B), np.zeros(3)),
+        before.controls.deflections, density=standard_air(altitude).density,
+        delta0=trim.aero.strips.delta)
+    return bool(np.abs(back.strips.delta - before.aero.strips.delta).max() > APART)
