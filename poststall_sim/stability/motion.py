@@ -16,6 +16,7 @@ it) or LAGGED (on its way there by the lag law, as the simulation has it with th
 """
 
 import enum
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -143,9 +144,13 @@ def response(system: System, z: complex) -> np.ndarray:
     """Return H (6, 6): the load H nu z^k of the air that a motion nu z^k of the body makes."""
     flow, late = system.flow, 1.0 / z
     powers = late ** np.arange(1, len(flow.wake) + 1)
-    wake, foreign, load_wake = (
-        np.tensordot(powers, blocks, 1) @ flow.te
-        for blocks in (flow.wake, flow.foreign, flow.load_wake))
+    parts = np.array([powers.real, powers.imag])   # of real blocks, which stay real so
+
+    def shed(blocks: FloatArray) -> np.ndarray:
+        real, imaginary = np.tensordot(parts, blocks, 1)
+        return (real + 1j * imaginary) @ flow.te
+
+    wake, foreign, load_wake = shed(flow.wake), shed(flow.foreign), shed(flow.load_wake)
     wash = foreign + late * flow.other
     follow = (system.share / (1.0 - late * system.kept))[:, None]
     turned_nu, turned = follow * flow.follow_nu, follow * flow.follow_wash @ wash
@@ -193,10 +198,11 @@ def arnoldi(system: System, count: int) -> tuple[np.ndarray, np.ndarray, FloatAr
     """Return the z (k,) nearest to 1, whole vectors (k, N) and residuals as of `Spectrum`."""
     solve = factors(system.a - NEAR * system.e)
     inverse = LinearOperator((system.size, system.size), dtype=complex,
-                             matvec=lambda x: solve.solve(system.e @ x))
+                             matvec=lambda x: solve.solve(system.a @ x))
+    # (A - s E)^-1 A has z/(z - s) where (A - s E)^-1 E has 1/(z - s), and A is all but empty.
     found, vectors = eigs(inverse, k=count, which='LM', tol=1e-11,
                           v0=np.ones(system.size, dtype=complex))
-    z = NEAR + 1.0 / found
+    z = NEAR * found / (found - 1.0)
     error = system.a @ vectors - (system.e @ vectors) * z
     return z, vectors.T, np.linalg.norm(error, axis=0) / (
         sparse.linalg.norm(system.a) * np.linalg.norm(vectors, axis=0))
@@ -250,11 +256,13 @@ def _slope(system: System, z: complex) -> tuple[complex, complex, np.ndarray, co
 
 def _newton(system: System, z: complex) -> tuple[complex, np.ndarray, float]:
     """Return the eigenvalue that Newton's method on u* S v leads to, v and what is left."""
-    for _ in range(30):
+    for _ in range(12):
         value, change, vector, _, left = _slope(system, z)
-        if left < 1e-13 or not np.isfinite(change) or abs(z) < 0.1:
+        nearer = z - value / change if change != 0.0 else math.nan
+        # Towards 0, where the wake has eigenvalues without number, there is nothing of the body.
+        if left < 1e-13 or not 0.2 < abs(nearer) < 5.0:
             break
-        z = z - value / change
+        z = nearer
     return z, vector, left
 
 
