@@ -130,8 +130,6 @@ def test_reversed_flow_is_that_of_strip_theory(degrees):
         assert result.force_G == pytest.approx(expected, abs=2e-3 * scale)
 
 
-@pytest.mark.xfail(strict=True, reason='open: up to 19 % below, at 67 deg: the share that is '
-                   'not shed stays behind the trailing edge as a vortex')
 @pytest.mark.parametrize('degrees', [63.0, 67.0, 70.0])
 def test_fading_strips_settle_on_the_steady_solution(degrees):
     """Between 60 and 75 deg as below: to 0.01."""

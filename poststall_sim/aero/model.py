@@ -4,7 +4,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
@@ -183,10 +183,25 @@ def _passing(velocity, rates, arm, out):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StripResponse:
-    """Circulation of strips per unit normalwash (n, p), each surface alone, for one onset."""
+    """
+    What straight wakes along one direction (3,) do, as far as it has been asked for.
+
+    response (n, p) : circulation of strips per unit normalwash, each surface alone in its own;
+    far (p, n) normalwash and far_edges (3 s, n) velocity of unit wakes of all surfaces, of use
+    where strips do not shed what they carry.
+    """
 
     direction: FloatArray
     response: FloatArray
+    far: FloatArray | None = None
+    far_edges: FloatArray | None = None
+
+    def with_far(self, lattice: Lattice) -> 'StripResponse':
+        """Return it with `far` and `far_edges`."""
+        if self.far is not None:
+            return self
+        return replace(self, far=far_normalwash(lattice, self.direction),
+                       far_edges=far_velocity(lattice, self.direction))
 
 
 def build(aircraft: Aircraft, settings: Settings = DEFAULTS) -> Model:
@@ -323,6 +338,13 @@ def far_normalwash(lattice: Lattice, direction: FloatArray) -> FloatArray:
     far = influence(lattice, lattice.collocation, lattice.strip_surface[lattice.panel_strip],
                      far_rings(lattice, direction), lattice.strip_surface)
     return np.einsum('ijk,ik->ij', far, lattice.normal)
+
+
+def far_velocity(lattice: Lattice, direction: FloatArray) -> FloatArray:
+    """Return the velocity (3 s, n) of unit straight wakes at the edges' middles."""
+    far = influence(lattice, lattice.edge_middle, lattice.strip_surface[lattice.edge_strip[:, 0]],
+                    far_rings(lattice, direction), lattice.strip_surface)
+    return np.ascontiguousarray(far.transpose(0, 2, 1).reshape(-1, lattice.strips))
 
 
 def crossing(model: Model, circulation: FloatArray) -> FloatArray:

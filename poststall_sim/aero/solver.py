@@ -25,8 +25,7 @@ from poststall_sim.aero.model import (
     Onset,
     StripResponse,
     crossing,
-    far_rings,
-    influence,
+    far_velocity,
     own_response,
     wake_direction,
 )
@@ -160,12 +159,10 @@ def steady(model: Model, onset: Onset, deflections: FloatArray, *, density: floa
     circulation = -lu_solve(
         problem.factors, normalwash(model, boundary, operating.delta), check_finite=False)
     circulation = with_strip_theory(model, boundary, operating.delta, circulation)
-    edge_owner = lattice.strip_surface[lattice.edge_strip[:, 0]]
-    at_edges = influence(lattice, lattice.edge_middle, edge_owner,
-                         far_rings(lattice, problem.direction), lattice.strip_surface)
     row = circulation[lattice.te_panel]
-    return _result(model, onset, boundary, operating, circulation, row,
-                   np.einsum('ijk,j->ik', at_edges, row), density, None)
+    induced = (far_velocity(lattice, problem.direction) @ row).reshape(-1, 3)
+    return _result(
+        model, onset, boundary, operating, circulation, row, induced, density, None)
 
 
 def start(model: Model, onset: Onset, placement: Placement, deflections: FloatArray, *,
@@ -249,6 +246,9 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
     if direction @ response.direction < math.cos(REFRESH_ANGLE):
         response = own_response(model, direction)
     boundary = boundary_condition(model, onset, deflections)
+    faded = not np.all(boundary.fade == 1.0)
+    if faded:
+        response = response.with_far(lattice)
     operator = lattice_operator(
         model, boundary, response.response, foreign + crossing(model, flow.circulation))
     mean, angle = flow.mean, flow.angle
@@ -267,14 +267,18 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
 
     normal = normalwash(model, boundary, operating.delta) + everything
     attached, bare = -(model.bound_inverse @ np.column_stack([normal, boundary.level])).T
+    if faded:
+        attached = _with_unshed(model, boundary, operating.delta, response.far, attached)
     circulation = with_strip_theory(model, boundary, operating.delta, attached)
     # A faded strip has the circulation of strip theory, which in reversed flow answers the
     # normalwash with the other sign; the air that the plate carries along does not.
     rate = _rate(circulation, flow.circulation, flow.previous, flow.steps, dt)
-    if not np.all(boundary.fade == 1.0):
+    if faded:
         fade = boundary.fade[lattice.panel_strip]
         rate = fade * rate \
             + (1.0 - fade) * _rate(bare, flow.bare, flow.previous_bare, flow.steps, dt)
+        unshed = (1.0 - boundary.fade) * circulation[lattice.te_panel]
+        at_edges = at_edges + (response.far_edges @ unshed).reshape(-1, 3)
     at_te = circulation[lattice.te_panel]
     behind = np.linalg.norm(wake.row(1) - wake.moving_A[0], axis=-1)
     share = te_share(lattice, 0.5 * (behind[lattice.te_node] + behind[lattice.te_node + 1]))
@@ -286,6 +290,25 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
         previous_bare=flow.bare, shed=boundary.fade * at_te, delta=operating.delta,
         share=boundary.strips[11], mean=mean, angle=angle,
         response=response, row_G=flow.row_G, steps=flow.steps + 1), result
+
+
+def _with_unshed(model: Model, boundary: Boundary, delta: FloatArray, far: FloatArray,
+                 circulation: FloatArray) -> FloatArray:
+    """
+    Return the lattice's circulation (p,) with straight wakes behind strips for what they keep.
+
+    A strip sheds the share f of its blended circulation f G + (1 - f) P, with P that of the plate
+    in strip theory; behind G in steady flow there is a straight wake of all of it. With F the
+    straight wakes and T the trailing edges' rows, B G = -w - F (T G - f (f T G + (1 - f) P)).
+    Nothing comes of it where f = 1.
+    """
+    fade, te = boundary.fade, model.lattice.te_panel
+    plate = with_strip_theory(model, boundary, delta, np.zeros_like(circulation))[te]
+    kept = model.bound_inverse @ far
+    start = circulation + kept @ (fade * plate)
+    share = 1.0 - fade * fade
+    at_te = np.linalg.solve(np.eye(len(fade)) + kept[te] * share, start[te])
+    return start - kept @ (share * at_te)
 
 
 def te_share(lattice: Lattice, length: FloatArray) -> FloatArray:
