@@ -62,7 +62,7 @@ def test_cold_starts_converge(name, form, seed):
 
 
 @pytest.mark.parametrize('name', curves.STALLS)
-@pytest.mark.parametrize(('shape', 'count'), zip(SHAPES[1:4], (80, 8, 8)))
+@pytest.mark.parametrize(('shape', 'count'), list(zip(SHAPES[1:4], (80, 8, 8))))
 def test_cold_starts_converge_on_other_shapes(shape, count, name, seed):
     """Swept, tapered, leaning, with a fin swept 45 deg; narrow strips; sines as sines."""
     print(f'seed {seed}')
