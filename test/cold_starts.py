@@ -136,10 +136,6 @@ def shaped(name, strips):
     return make
 
 
-SHAPES = [('swept, with a fin', 26), ('swept, with a fin', 80), ('wing and tail', 80),
-          ('swept, with a fin', 104), ('wing and tail', 104)]
-
-
 @dataclass(frozen=True)
 class Outcome:
     """How a solver did on some flows: iterations and rechecked residuals (count,), failures."""
@@ -240,15 +236,3 @@ def asked(name):
     """Return the closures and averaging lengths that are asked about on a curve."""
     return [(Closure.LOCAL, 1.0), (Closure.NONLOCAL, 1.0)] \
         + [(Closure.NONLOCAL, 1.5)] * (name == 'sharp')
-
-
-def may_be_lost(count, shape, closure, form, name):
-    """
-    Return how many flows of a number may be lost: none, or one in a thousand where that is open.
-
-    Open are strips narrower than a fifth of their chord in one plane, sines as sines, where lift
-    does not fall steeply: the robust solver ends beside a fold that it just misses.
-    """
-    open_ = closure is Closure.LOCAL and form is AngleForm.EXACT and name != 'sharp' \
-        and shape[0] == 'wing and tail' and shape[1] > 26
-    return math.ceil(count / 1000) if open_ else 0
