@@ -78,7 +78,7 @@ def line(row):
 
 def draws(shape, strips, form):
     """Return the number of flows: many, but where solutions cost much and none is in doubt."""
-    # On narrow strips in one plane, sines as sines, one in a thousand may end beside a fold.
+    # Narrow strips in one plane, sines as sines: there, if anywhere, a search ends beside a fold.
     hard = shape == 'wing and tail' and form is AngleForm.EXACT
     return MANY if strips == 26 or hard else FEWER
 
