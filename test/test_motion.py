@@ -124,7 +124,7 @@ def test_an_eigenvalue_is_the_rate_at_which_the_linear_march_dies_away(degrees, 
     system = Trimmed(degrees).systems[decambering]
     z, vectors, residual = motion.arnoldi(system, 12)
     assert residual.max() < 1e-10
-    solve = motion.factors(system.e)
+    solve = motion.factorised(system.e)
     for each, vector in zip(z, vectors):
         x = vector
         for _ in range(20):
