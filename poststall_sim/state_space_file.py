@@ -1,7 +1,7 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A linear system in a file that needs nothing of this package: numpy's ``.npz`` or MATLAB's ``.mat``.
+A linear system in a file that needs nothing of this package: numpy's (.npz) or MATLAB's (.mat).
 
 Both have the same fields under the same names:
 

@@ -19,7 +19,7 @@ from poststall_sim.frames import FloatArray
 @dataclass(frozen=True, slots=True, eq=False)
 class StateSpace:
     """
-    x(k+1) = a x(k) + b u(k), y(k) = c x(k) + d u(k); or, with dx/dt on the left, in continuous time.
+    x(k+1) = a x(k) + b u(k), y(k) = c x(k) + d u(k); of a continuous system dx/dt on the left.
 
     a (n, n); b (n, m); c (p, n); d (p, m); dt [s], None of a continuous system. states (n,),
     inputs (m,) and outputs (p,) are names; velocities, forces and moments are in body axes B, in
@@ -55,7 +55,7 @@ class StateSpace:
         if self.dt is None:
             return values
         with np.errstate(divide='ignore'):
-            return np.log(values) / self.dt
+            return np.log(np.abs(values)) / self.dt + 1j * (np.angle(values) / self.dt)
 
     def response(self, points: np.ndarray) -> np.ndarray:
         """Return y/u (k, p, m) at points (k,) in the plane of z, or of s [1/s] if continuous."""
