@@ -91,6 +91,10 @@ class Reduced:
     rates and deflections up to `frequency` [rad/s], for the worst load its largest over the
     largest of the response, with velocities over V, rates p b/2V, q c/2V, r b/2V. radius : of
     the circle in which the flow's eigenvalues z are, below 1.
+
+    Modes that the body has to itself are those of the whole system, the closer the smaller the
+    error. Those that die as fast as the wake stand among many of the air, of which a few take the
+    place: the motion is the same, their eigenvalues one by one are not.
     """
 
     space: StateSpace

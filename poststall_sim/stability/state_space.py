@@ -73,9 +73,10 @@ class StateSpace:
             h dx/dt = (I + a)^-1 (a - I) x + 2 (I + a)^-2 b u,  y = c x + (d - c (I + a)^-1 b) u.
 
         Its response at s is this one's at z = (1 + s h)/(1 - s h). Seen over time, a frequency
-        omega is too high and an eigenvalue too great by (omega dt)^2/12 of itself, so that what is
-        quicker than 1/dt is not that of the flow. An input, which acts from the end of a step
-        on, is seen half a step early. Raises `ValueError` where the system is continuous already.
+        omega is too high by (omega dt)^2/12 of itself, and an eigenvalue off by as much, so that
+        what is quicker than 1/dt is not that of the flow. The throttle, which acts all through
+        the step that it ends, is seen half a step early. Raises `ValueError` where the system is
+        continuous already.
         """
         if self.dt is None:
             raise ValueError('the system is continuous already')
