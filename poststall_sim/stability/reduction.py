@@ -94,7 +94,7 @@ class Reduced:
 
     Modes that the body has to itself are those of the whole system, the closer the smaller the
     error. Those that die as fast as the wake stand among many of the air, of which a few take the
-    place: the motion is the same, their eigenvalues one by one are not.
+    place: the motion is the same long before their eigenvalues one by one are.
     """
 
     space: StateSpace
