@@ -69,72 +69,101 @@ class System:
 
     def march(self, y: FloatArray, steps: int) -> FloatArray:
         """Return the body's states (steps + 1, m) from y (m,), in a flow as yet undisturbed."""
-        solve = factors(self.e)
+        factors = factorised(self.e)
         x = np.zeros(self.size)
         x[self.own] = y
         out = [y]
         for _ in range(steps):
-            x = solve.solve(self.a @ x)
+            x = factors.solve(self.a @ x)
             out.append(x[self.own])
         return np.array(out)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows:
+    """
+    A flow by itself: E x(k+1) = A x(k) + V nu(k+1) + W c(k+1), the last six of x its load.
+
+    e, a (n, n) sparse; nu (n, 6) V, of the body's velocity and rates; flap (n, controls) W.
+    """
+
+    e: sparse.csc_matrix
+    a: sparse.csc_matrix
+    nu: FloatArray
+    flap: FloatArray
 
 
 def assemble(flow: LinearFlow, body: Body, controls: tuple[str, ...],
              decambering: Decambering, lag: float) -> System:
     """Return the system of a body in a flow; lag [chords] : of the LAGGED decambering."""
     rows, panels, strips = flow.wake.shape
-    states, dt = len(body.names), flow.dt
-
-    def chain(blocks: FloatArray) -> FloatArray:
-        return blocks.transpose(1, 0, 2).reshape(blocks.shape[1], -1)
-
     share, kept = np.ones(strips), np.zeros(strips)
     if decambering is Decambering.FIXED:
         share = np.zeros(strips)
     elif decambering is Decambering.LAGGED:
         kept = np.exp(-flow.chords / lag)
         share = 1.0 - kept
-    follow_nu, follow_wash = share[:, None] * flow.follow_nu, share[:, None] * flow.follow_wash
-    follow_wake = chain(np.einsum('np,rpk->rnk', follow_wash, flow.foreign))
-    load_wake = chain(flow.load_wake + np.einsum('kp,rpn->rkn', flow.load_wash, flow.foreign))
-    rate = flow.load_rate / (2.0 * dt)
-    rest, mass = 0.5 * body.rest, body.mass / dt
-    eye, none = np.eye, None
-    e = [
-        [sparse.eye(rows * strips), none, none, none, none, none],
-        [none, eye(panels), none, none, none, none],
-        [chain(flow.wake), none, flow.bound, flow.turn, none, flow.onset @ body.motion],
-        [-follow_wake, none, none, eye(strips), none, -follow_nu @ body.motion],
-        [-load_wake, none, -flow.load_bound - 3.0 * rate, -flow.load_turn, eye(6),
-         -flow.load_nu @ body.motion],
-        [none, none, none, none, -0.5 * body.push, mass - rest]]
-    shed = sparse.vstack([sparse.csr_matrix(flow.te),
-                          sparse.csr_matrix(((rows - 1) * strips, panels))])
-    empty = sparse.csr_matrix((panels, panels))
-    a = [
-        [sparse.eye(rows * strips, k=-strips), none, shed, none, none, none],
-        [none, empty, eye(panels), none, none, none],
-        [none, none, empty, none, none, none],
-        [none, none, follow_wash @ flow.other, np.diag(kept), none, none],
-        [none, rate, -4.0 * rate + flow.load_wash @ flow.other, none, sparse.csr_matrix((6, 6)),
-         none],
-        [none, none, none, none, 0.5 * body.push, mass + rest]]
-    # A gust blows past the body as if it moved the other way.
-    gust = -eye(6, 3)
-    b = np.vstack([
-        np.zeros((rows * strips + panels, len(controls) + 4)),
-        np.hstack([-flow.flap, -flow.onset @ gust, np.zeros((panels, 1))]),
-        np.hstack([share[:, None] * flow.follow_flap, follow_nu @ gust, np.zeros((strips, 1))]),
-        np.hstack([flow.load_flap, flow.load_nu @ gust, np.zeros((6, 1))]),
-        np.hstack([np.zeros((states, len(controls) + 3)), body.throttle[:, None]])])
     split = np.cumsum([rows * strips, panels, panels, strips, 6])
     return System(
-        flow, body, sparse.bmat(e, format='csc'), sparse.bmat(a, format='csc'), b,
+        flow, body, *couple(flow_rows(flow, share, kept), body, flow.dt),
         (*controls, 'gust_u', 'gust_v', 'gust_w', 'throttle'), tuple(int(i) for i in split),
         share, kept)
 
 
-def factors(matrix: sparse.csc_matrix) -> SuperLU:
+def flow_rows(flow: LinearFlow, share: FloatArray, kept: FloatArray) -> Rows:
+    """Return the rows of a flow whose decambering goes and keeps a share (n,), see `System`."""
+    rows, panels, strips = flow.wake.shape
+
+    def chain(blocks: FloatArray) -> FloatArray:
+        return blocks.transpose(1, 0, 2).reshape(blocks.shape[1], -1)
+
+    follow_wash = share[:, None] * flow.follow_wash
+    follow_wake = chain(np.einsum('np,rpk->rnk', follow_wash, flow.foreign))
+    load_wake = chain(flow.load_wake + np.einsum('kp,rpn->rkn', flow.load_wash, flow.foreign))
+    rate = flow.load_rate / (2.0 * flow.dt)
+    eye, none = np.eye, None
+    e = [
+        [sparse.eye(rows * strips), none, none, none, none],
+        [none, eye(panels), none, none, none],
+        [chain(flow.wake), none, flow.bound, flow.turn, none],
+        [-follow_wake, none, none, eye(strips), none],
+        [-load_wake, none, -flow.load_bound - 3.0 * rate, -flow.load_turn, eye(6)]]
+    shed = sparse.vstack([sparse.csr_matrix(flow.te),
+                          sparse.csr_matrix(((rows - 1) * strips, panels))])
+    empty = sparse.csr_matrix((panels, panels))
+    a = [
+        [sparse.eye(rows * strips, k=-strips), none, shed, none, none],
+        [none, empty, eye(panels), none, none],
+        [none, none, empty, none, none],
+        [none, none, follow_wash @ flow.other, np.diag(kept), none],
+        [none, rate, -4.0 * rate + flow.load_wash @ flow.other, none, sparse.csr_matrix((6, 6))]]
+    still = rows * strips + panels
+    return Rows(
+        sparse.bmat(e, format='csc'), sparse.bmat(a, format='csc'),
+        np.vstack([np.zeros((still, 6)), -flow.onset, share[:, None] * flow.follow_nu,
+                   flow.load_nu]),
+        np.vstack([np.zeros((still, flow.flap.shape[1])), -flow.flap,
+                   share[:, None] * flow.follow_flap, flow.load_flap]))
+
+
+def couple(flow: Rows, body: Body, dt: float,
+           ) -> tuple[sparse.csc_matrix, sparse.csc_matrix, FloatArray]:
+    """Return E, A and B of a body in a flow, see the head of this file; dt [s]."""
+    size, states = len(flow.nu), len(body.names)
+    rest, mass = 0.5 * body.rest, body.mass / dt
+    push = sparse.hstack([sparse.csr_matrix((states, size - 6)), 0.5 * body.push])
+    e = [[flow.e, -flow.nu @ body.motion], [-push, mass - rest]]
+    a = [[flow.a, None], [push, mass + rest]]
+    # A gust blows past the body as if it moved the other way.
+    gust = -flow.nu[:, :3]
+    controls = flow.flap.shape[1]
+    b = np.vstack([
+        np.hstack([flow.flap, gust, np.zeros((size, 1))]),
+        np.hstack([np.zeros((states, controls + 3)), body.throttle[:, None]])])
+    return sparse.bmat(e, format='csc'), sparse.bmat(a, format='csc'), b
+
+
+def factorised(matrix: sparse.csc_matrix) -> SuperLU:
     """Return the factors of E or A - z E, eliminated in the order they stand in."""
     return splu(matrix.tocsc(), permc_spec='NATURAL', diag_pivot_thresh=0.0,
                 options={'SymmetricMode': True})
@@ -142,6 +171,11 @@ def factors(matrix: sparse.csc_matrix) -> SuperLU:
 
 def response(system: System, z: complex) -> np.ndarray:
     """Return H (6, 6): the load H nu z^k of the air that a motion nu z^k of the body makes."""
+    return load_response(system, z)[:, :6]
+
+
+def load_response(system: System, z: complex) -> np.ndarray:
+    """Return the load (6, 6 + controls) of the air by motions nu z^k and deflections c z^k."""
     flow, late = system.flow, 1.0 / z
     powers = late ** np.arange(1, len(flow.wake) + 1)
     parts = np.array([powers.real, powers.imag])   # of real blocks, which stay real so
@@ -153,13 +187,16 @@ def response(system: System, z: complex) -> np.ndarray:
     wake, foreign, load_wake = shed(flow.wake), shed(flow.foreign), shed(flow.load_wake)
     wash = foreign + late * flow.other
     follow = (system.share / (1.0 - late * system.kept))[:, None]
-    turned_nu, turned = follow * flow.follow_nu, follow * flow.follow_wash @ wash
+    turned_by = follow * np.hstack([flow.follow_nu, flow.follow_flap])
+    turned = follow * flow.follow_wash @ wash
     circulation = -np.linalg.solve(
-        flow.bound + wake + flow.turn @ turned, flow.onset + flow.turn @ turned_nu)
+        flow.bound + wake + flow.turn @ turned,
+        np.hstack([flow.onset, flow.flap]) + flow.turn @ turned_by)
     rate = (3.0 - 4.0 * late + late ** 2) / (2.0 * flow.dt)
     per_circulation = flow.load_bound + rate * flow.load_rate + load_wake \
         + flow.load_wash @ wash + flow.load_turn @ turned
-    return per_circulation @ circulation + flow.load_nu + flow.load_turn @ turned_nu
+    return per_circulation @ circulation + np.hstack([flow.load_nu, flow.load_flap]) \
+        + flow.load_turn @ turned_by
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -196,9 +233,9 @@ def quasi_steady(system: System) -> FloatArray:
 
 def arnoldi(system: System, count: int) -> tuple[np.ndarray, np.ndarray, FloatArray]:
     """Return the z (k,) nearest to 1, whole vectors (k, N) and residuals as of `Spectrum`."""
-    solve = factors(system.a - NEAR * system.e)
+    factors = factorised(system.a - NEAR * system.e)
     inverse = LinearOperator((system.size, system.size), dtype=complex,
-                             matvec=lambda x: solve.solve(system.a @ x))
+                             matvec=lambda x: factors.solve(system.a @ x))
     # (A - s E)^-1 A has z/(z - s) where (A - s E)^-1 E has 1/(z - s), and A is all but empty.
     found, vectors = eigs(inverse, k=count, which='LM', tol=1e-11,
                           v0=np.ones(system.size, dtype=complex))
@@ -245,13 +282,14 @@ def _small(system: System, z: complex) -> np.ndarray:
 
 
 def _slope(system: System, z: complex) -> tuple[complex, complex, np.ndarray, complex, float]:
-    """Return u* S v, u* S' v, v, u* M v and |S v|/|S|, u and v the vectors S all but maps to 0."""
+    """Return u* S v, u* S' v, v, u* M v and |S v| dt/|M|, u, v the vectors S all but maps to 0."""
     step = 1e-7
     here = _small(system, z)
     left, size, right = np.linalg.svd(here)
     u, v = left[:, -1].conj(), right[-1].conj()
     change = u @ ((_small(system, z + step) - here) / step) @ v
-    return u @ here @ v, change, v, u @ system.body.mass @ v, float(size[-1] / size[0])
+    left_over = float(size[-1] * system.flow.dt / np.linalg.norm(system.body.mass))
+    return u @ here @ v, change, v, u @ system.body.mass @ v, left_over
 
 
 def _newton(system: System, z: complex) -> tuple[complex, np.ndarray, float]:
