@@ -236,15 +236,3 @@ def asked(name):
     """Return the closures and averaging lengths that are asked about on a curve."""
     return [(Closure.LOCAL, 1.0), (Closure.NONLOCAL, 1.0)] \
         + [(Closure.NONLOCAL, 1.5)] * (name == 'sharp')
-
-
-def may_be_lost(count, shape, closure, form, name):
-    """
-    Return how many flows of a number may be lost: none, or one in a thousand where that is open.
-
-    Open are strips of a fifth of their chord or less in one plane, sines as sines, where lift does
-    not fall steeply: one of 16000 was lost, the search ends beside a fold that it just misses.
-    """
-    open_ = closure is Closure.LOCAL and form is AngleForm.EXACT and name != 'sharp' \
-        and shape[0] == 'wing and tail' and shape[1] > 26
-    return math.ceil(count / 1000) if open_ else 0
