@@ -247,7 +247,7 @@ def _newton(system: System, z: complex) -> tuple[complex, np.ndarray, float]:
     """Return the eigenvalue that Newton's method on u* S v leads to, v and what is left."""
     for _ in range(30):
         value, change, vector, _, left = _slope(system, z)
-        if left < 1e-13 or not np.isfinite(change) or abs(z) < 0.1:
+        if left < 1e-13 or change == 0.0 or not np.isfinite(change) or abs(z) < 0.1:
             break
         z = z - value / change
     return z, vector, left
@@ -259,7 +259,10 @@ def _participation(system: System, z: complex) -> float:
 
     dS/dz of the whole is what remains of the product when the flow is eliminated; that of the
     body's inertia alone is its part. (Perez-Arriaga, Verghese & Schweppe, IEEE Trans. PAS-101(9),
-    1982, for systems without elimination.)
+    1982, for systems without elimination.) Where a strip's decambering lags by itself, S has a
+    pole and the body no part.
     """
+    if np.abs(z - system.kept).min() < SAME:
+        return 0.0
     _, change, _, inertia, _ = _slope(system, z)
     return float(abs(inertia / (system.flow.dt * z ** 2 * change)))
