@@ -2,11 +2,12 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Draw the figures of docs/figures.md: the dissertation's chapters 2, 3 and 5 as the package has them.
+Draw the figures of docs/figures.md: the dissertation's chapters 2, 3 and 5, and our own.
 
 What is computed is the package's, and so is what draws (`poststall_sim.plots`); here stands which
-wing, which angles, which solver. In chapters 2 and 3 the configuration is the dissertation's Figure 2.2 (config/aircraft/wing_tail.yaml), the lattice its
-Weissinger arrangement with small angles, the closure the local one, unless a figure says other.
+wing, which angles, which solver. In chapters 2 and 3 the configuration is the dissertation's
+Figure 2.2 (config/aircraft/wing_tail.yaml), the lattice its Weissinger arrangement with small
+angles, the closure the local one, unless a figure says other.
 """
 
 import argparse

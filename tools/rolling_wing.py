@@ -21,6 +21,7 @@ from poststall_sim import definition
 from poststall_sim.aero import model as models
 from poststall_sim.aero.model import Model
 from poststall_sim.aero.solver import AeroResult
+from poststall_sim.aero.wake import Shape
 from poststall_sim.plots import decambering as plots
 from poststall_sim.plots import style
 from poststall_sim.plots.decambering import Curve, Kind, Panel, draw
@@ -30,7 +31,7 @@ from poststall_sim.stability.motion import Decambering
 
 INERTIA = 2000.0
 AIR = {'airspeed': 30.0, 'density': 1.225, 'dt': 0.25 / 30.0}
-ALPHAS = np.arange(0.0, 41.0)
+ALPHAS = np.arange(0, 41, 2)
 KINDS = (Decambering.FIXED, Decambering.VARIABLE)
 COLOURS = {Decambering.FIXED: style.ATTACHED, Decambering.VARIABLE: style.STALLED}
 KICK = 0.5
@@ -38,31 +39,35 @@ KICK = 0.5
 
 
 @cache
-def wing() -> Model:
-    """Return the wing without its tail, with its inertia in roll."""
+def wing(wake: Shape = Shape.PRESCRIBED) -> Model:
+    """
+    Return the wing without its tail, with its inertia in roll and a wake of a shape.
+
+    Its closure is solved so closely that a slow roll does not pass for none.
+    """
     aircraft = definition.aircraft(definition.find(definition.Kind.AIRCRAFT, 'wing_tail'))
     inertia = np.diag([INERTIA, *np.diag(aircraft.mass.inertia_B)[1:]])
     return models.build(replace(
         aircraft, surfaces=aircraft.surfaces[:1], controls=(),
-        mass=replace(aircraft.mass, inertia_B=inertia)), models.DEFAULTS)
+        mass=replace(aircraft.mass, inertia_B=inertia)),
+        models.Settings(wake=wake, tolerance=1e-9))
 
 
 @cache
-def damped(axis: Axis) -> list[tuple[tuple[Damping, ...], AeroResult]]:
-    """Return the damping and the flow at every alpha, raised from 0."""
-    found, delta = [], None
+def damped(axis: Axis) -> dict[int, tuple[tuple[Damping, ...], AeroResult]]:
+    """Return the damping and the flow by alpha, raised from 0."""
+    found, delta = {}, None
     for alpha in tqdm(ALPHAS, desc=f'about the {axis.value} axis', leave=False):
-        found.append(free_to_roll.damping(
-            wing(), alpha=math.radians(alpha), axis=axis, decamberings=KINDS, delta0=delta,
-            **AIR))
-        delta = found[-1][1].strips.delta
+        found[int(alpha)] = free_to_roll.damping(
+            wing(), alpha=math.radians(alpha), axis=axis, decamberings=KINDS, delta0=delta, **AIR)
+        delta = found[int(alpha)][1].strips.delta
     return found
 
 
 def _by_kind(axis: Axis):
     """Yield the kinds of decambering, each with its damping at every alpha."""
     for i, kind in enumerate(KINDS):
-        yield kind, [each[0][i] for each in damped(axis)]
+        yield kind, [each[0][i] for each in damped(axis).values()]
 
 
 def figure_5_6(file: Path) -> None:
@@ -71,14 +76,14 @@ def figure_5_6(file: Path) -> None:
     speed = 0.25 * AIR['density'] * AIR['airspeed'] * reference.area * reference.span ** 2
     about_stream, about_body = [], []
     for kind, found in _by_kind(Axis.VELOCITY):
+        poles, coefficient = (np.array([getattr(each, key) for each in found])
+                              for key in ('pole', 'Clp'))
         about_stream += [
-            Curve(f'{kind.value} decambering', ALPHAS, np.array([each.pole.real for each in found]),
-                  COLOURS[kind]),
-            Curve(r'from $C_{lp}$ alone, no wake', ALPHAS,
-                  np.array([each.Clp for each in found]) * speed / INERTIA, COLOURS[kind],
-                  (0, (2, 2)), width=1.0)]
-    about_stream[1] = replace(about_stream[1], label='')
-    about_stream[3] = replace(about_stream[3], colour=style.INK, label=about_stream[3].label)
+            Curve(f'{kind.value} decambering', ALPHAS, poles.real, COLOURS[kind]),
+            Curve('', ALPHAS, coefficient * speed / INERTIA, COLOURS[kind], (0, (2, 2)),
+                  width=1.0)]
+    about_stream.append(Curve(r'from $C_{lp}$ alone, no wake', np.zeros(0), np.zeros(0), style.INK,
+                              (0, (2, 2)), width=1.0))
     for kind, found in _by_kind(Axis.BODY):
         places, values = [], []
         for alpha, each in zip(ALPHAS, found):
@@ -128,15 +133,20 @@ def figure_let_go(file: Path) -> None:
             (10, 1.6, style.ATTACHED), (20, 6.0, '#56B4E9'), (24, 6.0, '#E69F00'),
             (28, 6.0, style.STALLED), (34, 6.0, style.THIRD), (40, 4.0, style.SECOND)):
         (_, linear), aero = damped(Axis.VELOCITY)[alpha]
-        turned = list(free_to_roll.let_go(
-            wing(), alpha=math.radians(alpha), axis=Axis.VELOCITY, rate=math.radians(KICK),
-            steps=round(seconds / AIR['dt']), delta0=aero.strips.delta, **AIR))
-        time = np.array([each.time for each in turned])
-        rate = np.degrees([each.rate for each in turned])
-        expected = KICK * np.exp(linear.pole.real * time)
-        curves += [Curve(rf'$\alpha$ = {alpha}{DEG}', time, rate, colour),
-                   Curve('', time, expected, colour, (0, (1, 1.5)), width=1.0, top=2)]
-    curves.append(Curve('exp(pole t) of the linear wing', np.zeros(0), np.zeros(0), style.INK,
-                        (0, (1, 1.5)), width=1.0))
+        for wake, label, line, width in ((Shape.FROZEN, rf'$\alpha$ = {alpha}{DEG}', '-', 2.2),
+                                         (Shape.PRESCRIBED, '', (0, (5, 2)), 1.2)):
+            turned = list(free_to_roll.let_go(
+                wing(wake), alpha=math.radians(alpha), axis=Axis.VELOCITY,
+                rate=math.radians(KICK), steps=round(seconds / AIR['dt']),
+                delta0=aero.strips.delta, **AIR))
+            time = np.array([each.time for each in turned])
+            curves.append(Curve(label, time, np.degrees([each.rate for each in turned]), colour,
+                                line, width=width))
+        curves.append(Curve('', time, KICK * np.exp(linear.pole.real * time), style.INK,
+                            (0, (1, 1.5)), width=1.1, top=4))
+    curves += [Curve(label, np.zeros(0), np.zeros(0), style.INK, line, width=width)
+               for label, line, width in (('frozen wake', '-', 2.2),
+                                          ('wake as by default', (0, (5, 2)), 1.2),
+                                          ('linear: exp(pole t)', (0, (1, 1.5)), 1.1))]
     draw(file, [Panel(Kind.ROLLING, f'Let go at {KICK:g}{DEG}/s, about the stream', tuple(curves),
                       limits=(0.0, 6.0, 2e-3, 400.0), log=True)], height=4.2)

@@ -7,7 +7,6 @@ Drawn from the points that the command line writes as JSON. Where the body has l
 a mode, and the wake the rest, markers and lines are faint. Angles are in degrees here.
 """
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +21,8 @@ Points = Sequence[Mapping[str, Any]]
 MODELS = ('fixed', 'variable', 'lagged', 'quasi-steady')
 MARKERS = {'fixed': 's', 'variable': 'o', 'lagged': '^', 'quasi-steady': 'x'}
 LINES = {'fixed': (0, (5, 2)), 'variable': '-', 'lagged': (0, (1, 1.3)),
-         'quasi-steady': (0, (5, 1.5, 1, 1.5))}
+         'quasi-steady': '-'}
+WIDTHS = {'quasi-steady': 0.7}
 COLOURS = {'short period': style.ATTACHED, 'phugoid': style.STALLED, 'Dutch roll': style.ATTACHED,
            'roll': style.STALLED, 'spiral': style.SECOND, 'lateral phugoid': style.THIRD}
 """By the classical name; others have ink."""
@@ -176,8 +176,12 @@ def _name(axes, seen: Sequence[Branch]) -> None:
             if each.model == model and each.classical not in named:
                 named.add(each.classical)
                 place = each.eigenvalues[0]
-                axes.annotate(each.classical, (place.real, place.imag), xytext=(5, 7),
-                              textcoords='offset points', fontsize=8.5, color=style.INK, zorder=6,
+                across = axes.transLimits.transform(
+                    axes.transScale.transform((place.real, place.imag)))[0]
+                axes.annotate(each.classical, (place.real, place.imag),
+                              xytext=(-7 if across > 0.8 else 5, 7), zorder=6,
+                              ha='right' if across > 0.8 else 'left',
+                              textcoords='offset points', fontsize=8.5, color=style.INK,
                               path_effects=[withStroke(linewidth=2.5, foreground='white')])
 
 
@@ -210,15 +214,20 @@ def fill_parts(columns: Iterable[Sequence], found: Sequence[Branch],
 
 def _line(axes, branch: Branch, values: np.ndarray) -> None:
     """Draw a branch, faint between points that are mostly wake, broken where angles lack."""
-    colour = COLOURS.get(branch.classical, style.INK)
-    gap = 1.5 * np.diff(branch.alpha).min() if branch.alpha.size > 1 else math.inf
-    for i in range(len(values) - 1):
-        if abs(branch.alpha[i + 1] - branch.alpha[i]) <= gap:
-            own = branch.shares[i:i + 2].min() >= HALF
-            axes.plot(branch.alpha[i:i + 2], values[i:i + 2], color=colour, linewidth=1.4,
-                      linestyle=LINES[branch.model], alpha=1.0 if own else FAINT)
+    steps = np.abs(np.diff(branch.alpha))
+    whole = steps <= 1.5 * steps.min() if steps.size else steps > 0.0
+    own = np.minimum(branch.shares[1:], branch.shares[:-1]) >= HALF
+    looks = {'color': COLOURS.get(branch.classical, style.INK), 'linestyle': LINES[branch.model],
+             'linewidth': WIDTHS.get(branch.model, 1.5)}
+    for chosen, strength in ((whole & own, 1.0), (whole & ~own, FAINT)):
+        # Of a run of chosen steps both ends are drawn, what lies between runs is not.
+        ends = np.append(chosen, False) | np.append(False, chosen)
+        x, y = np.where(ends, branch.alpha, np.nan), np.where(ends, values, np.nan)
+        cut = np.flatnonzero(~chosen) + 1
+        axes.plot(np.insert(x, cut, np.nan), np.insert(y, cut, np.nan), alpha=strength, **looks)
     if len(values) == 1:
-        axes.plot(branch.alpha, values, color=colour, marker=MARKERS[branch.model], markersize=4.0)
+        axes.plot(branch.alpha, values, color=looks['color'], marker=MARKERS[branch.model],
+                  markersize=4.0)
 
 
 def _say_models(figure, found: Sequence[Branch]) -> None:
@@ -226,7 +235,7 @@ def _say_models(figure, found: Sequence[Branch]) -> None:
     from matplotlib.lines import Line2D
     models = [model for model in MODELS if any(each.model == model for each in found)]
     handles = [Line2D([], [], color=style.INK, marker=MARKERS[model], markersize=4.5,
-                      linestyle=LINES[model], linewidth=1.2,
+                      linestyle=LINES[model], linewidth=WIDTHS.get(model, 1.5),
                       label=model if model == 'quasi-steady' else f'{model} decambering')
                for model in models]
     if any((each.shares < HALF).any() for each in found):
