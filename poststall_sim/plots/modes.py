@@ -207,7 +207,8 @@ def fill_parts(columns: Iterable[Sequence], found: Sequence[Branch],
         real.set_yticks(places, [f'{place:g}' for place in places])
         real.minorticks_off()
         real.set_ylabel('real part [1/s]')
-        real.legend(loc='best', ncols=2)
+        if seen:
+            real.legend(loc='best', ncols=2)
         imaginary.set(xlabel=r'$\alpha$ [deg]', ylabel='imaginary part [1/s]')
         imaginary.set_ylim(0.0, None)
 
