@@ -1,7 +1,7 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The command `poststall`: polars, trims, flights and figures without a ROS graph.
+The command `poststall`: polars, trims, modes, flights and figures without a ROS graph.
 
 Angles are in degrees here, on the way in and out. Exit codes: 0 a result, 1 none (no trim, not
 converged, diverged), 2 bad input, said in one line on stderr.

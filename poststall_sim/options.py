@@ -54,7 +54,8 @@ class _Parser(argparse.ArgumentParser):
 
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
-        prog='poststall', description='Flight past the stall: polars, trims, flights, figures.',
+        prog='poststall',
+        description='Flight past the stall: polars, trims, modes, flights, figures.',
         epilog=f'example: poststall polar --aircraft trainer --alpha -4:30:1\n\n{_EXIT_CODES}',
         formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--version', action='version', version=f'poststall_sim {__version__}')

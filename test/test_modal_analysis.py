@@ -21,7 +21,7 @@ NAMES = {'short period', 'phugoid', 'Dutch roll', 'roll', 'spiral'}
 def result(tmp_path, *words, code=0):
     """Run the command in this process and return what it writes as JSON."""
     path = tmp_path / 'modes.json'
-    assert cli.main(['modes', *words, *FEW, '--json', str(path)]) == code
+    assert cli.main(['modes', *FEW, *words, '--json', str(path)]) == code
     return json.loads(path.read_text(), parse_constant=pytest.fail)
 
 
@@ -101,8 +101,6 @@ def test_each_option_changes_the_modes(tmp_path):
         (), ('--level',), ('--climb', '5'), ('--altitude', '2000'), ('--dt', '0.02'),
         ('--decambering', 'fixed'), ('--decambering', 'lagged'), ('--no-decambering',),
         ('--decambering', 'lagged', '--lag', '1'), ('--wake', '12'), ('--closure', 'local'))}
-    # The last of an option given twice counts, and FEW comes later.
-    assert ways.pop(('--wake', '12')) == ways[()]
     assert len(set(ways.values())) == len(ways)
 
 

@@ -1,7 +1,7 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Every figure: of a flight from its bag, of a polar, of trims.
+Every figure: of a flight from its bag, of a polar, of trims, of modes.
 
 Angles are in degrees here. matplotlib is imported when something is drawn, and used without
 pyplot: no display, no state. What reads bags is imported when a bag is drawn.
