@@ -113,15 +113,17 @@ def flight_modes(model: Model, system: System, trim: Trim, name: str,
     before, whose names these continue; count : see `motion.spectrum`.
     """
     found = motion.spectrum(system, count)
-    own = found.participation >= OWN
-    shares, values = found.participation[own], found.eigenvalues[own]
+    # Far above 1 in two modes of the wake that all but coincide: their parts are opposite.
+    shares = np.minimum(found.participation, 1.0 / np.maximum(found.participation, OWN))
+    own = shares >= OWN
+    shares, values = shares[own], found.eigenvalues[own]
     matrix = motion.quasi_steady(system)
     plain = _classify(model, trim, *np.linalg.eig(matrix), np.ones(len(matrix)))
     if branches:
         plain = tuple(modes.track(branches, plain))
 
     def share(mode: Mode) -> float:
-        return float(np.minimum(shares[np.argmin(np.abs(values - mode.eigenvalue))], 1.0))
+        return float(shares[np.argmin(np.abs(values - mode.eigenvalue))])
 
     lattice = _classify(model, trim, values, found.vectors[:, own], shares)
     named = _named_after(plain, lattice, 1.0 - np.array([share(mode) for mode in lattice]))
@@ -165,7 +167,7 @@ def _classify(model: Model, trim: Trim, eigenvalues: np.ndarray, vectors: np.nda
     reference = model.aircraft.reference
     return modes.classify(
         eigenvalues, vectors, airspeed=trim.airspeed, span=reference.span, chord=reference.chord,
-        participation=np.minimum(shares, 1.0))
+        participation=shares)
 
 
 def trims_along(model: Model, alphas: Iterable[float], *, altitude: float,

@@ -310,7 +310,10 @@ def _participation(system: System, z: complex) -> float:
 
     dS/dz of the whole is what remains of the product when the flow is eliminated; that of the
     body's inertia alone is its part. (Perez-Arriaga, Verghese & Schweppe, IEEE Trans. PAS-101(9),
-    1982, for systems without elimination.)
+    1982, for systems without elimination.) Where a strip's decambering lags by itself, S has a
+    pole and the body no part.
     """
+    if np.abs(z - system.kept).min() < SAME:
+        return 0.0
     _, change, _, inertia, _ = _slope(system, z)
     return float(abs(inertia / (system.flow.dt * z ** 2 * change)))
