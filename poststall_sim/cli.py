@@ -145,17 +145,24 @@ def _modes(arguments: argparse.Namespace) -> int:
         raise ConfigError('--decambering has no effect with --no-decambering')
     if arguments.lag is not None and modal_analysis.LAGGED not in kinds:
         raise ConfigError('--lag is for --decambering lagged or all')
+    if arguments.export and len(kinds) > 1:
+        raise ConfigError('--export writes one system: give --decambering fixed, variable or '
+                          'lagged')
+    if arguments.order is not None and not arguments.export:
+        raise ConfigError('--order is for --export')
     model = _model(arguments)
+    flown = {'altitude': arguments.altitude, 'dt': arguments.dt, 'rows': arguments.wake,
+             'climb_angle': None if arguments.climb is None else math.radians(arguments.climb)}
+    alphas = np.radians(arguments.alpha)
     found = terminal.watched(
         modal_analysis.modes(
-            model, np.radians(arguments.alpha), altitude=arguments.altitude,
-            climb_angle=None if arguments.climb is None else math.radians(arguments.climb),
-            kinds=kinds, quasi_steady=arguments.quasi_steady, dt=arguments.dt,
-            rows=arguments.wake), len(arguments.alpha), 'modes')
+            model, alphas, kinds=kinds, quasi_steady=arguments.quasi_steady, **flown),
+        len(alphas), 'modes')
     result = {**_head(arguments, model), 'axes': jobs.AXES, 'strip_axes': jobs.STRIP_AXES,
               'mode_units': modal_analysis.UNITS, 'altitude_m': arguments.altitude,
               'climb_deg': arguments.climb, 'lag_chords': model.settings.lag,
-              'wake_rows': arguments.wake, 'dt_s': arguments.dt,
+              'wake': model.settings.wake.value, 'wake_rows': arguments.wake,
+              'dt_s': arguments.dt,
               'points': [point for points in found for point in points]}
     head, rows = modal_analysis.table(result['points'])
     terminal.print_table(head, rows)
@@ -172,6 +179,9 @@ def _modes(arguments: argparse.Namespace) -> int:
         raise jobs.NoResultError(f'no modes: {bad[-1]["message"]}')
     if bad:
         terminal.complain(f'{len(bad)} of {len(points)} points have no modes, see the last column')
+    if arguments.export:
+        terminal.say(modal_analysis.export(
+            arguments.export, model, alphas, kind=kinds[0], order=arguments.order, **flown))
     return 0
 
 
@@ -337,7 +347,8 @@ def _settings(arguments: argparse.Namespace, ell: float | tuple[float, ...]):
              'tolerance': asked.get('tolerance'), 'limit': asked.get('limit'),
              'scheme': Scheme(scheme) if scheme else None,
              'separation': Separation(asked['separation']) if asked.get('separation') else None,
-             'wake': Shape(asked['wake']) if isinstance(asked.get('wake'), str) else None,
+             'wake': Shape.FROZEN if asked.get('frozen_wake') else
+             Shape(asked['wake']) if isinstance(asked.get('wake'), str) else None,
              **{name: asked.get(name) for name in ('lag', 'relaxation', 'delay', 'ground')}}
     return models.Settings(
         closure=closure, ell=ell, decambering=not arguments.no_decambering,

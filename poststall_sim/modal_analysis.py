@@ -9,11 +9,12 @@ infinite, which is None. One point stands for one angle of attack and one kind o
 
 import math
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from poststall_sim import jobs
+from poststall_sim import jobs, state_space_file
 from poststall_sim.aero.model import Model
 from poststall_sim.stability import flight
 from poststall_sim.stability.flight import FlightModes
@@ -59,7 +60,7 @@ def _point(found: FlightModes, trim: jobs.Result) -> jobs.Result:
     return {
         'alpha_deg': round(math.degrees(found.trim.alpha), 10), 'trim': trim,
         'decambering': found.model, 'status': found.status.name.lower(),
-        'message': found.message, 'residual': _finite(found.residual),
+        'message': found.message, 'departed': found.departed, 'residual': _finite(found.residual),
         'modes': [_mode(mode, share) for mode, share in zip(found.modes, found.shares)]}
 
 
@@ -75,6 +76,22 @@ def _mode(mode: Mode, share: float) -> jobs.Result:
 
 def _finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
+
+
+def export(path: Path, model: Model, alphas: Sequence[float], *, altitude: float,
+           climb_angle: float | None, kind: Decambering, order: int | None = None,
+           dt: float | None = None, rows: int | None = None) -> str:
+    """
+    Write the linear system at the last angle of attack [rad], reached along the others.
+
+    Return what was written, in words. path, order : see `state_space_file.export`.
+    """
+    *_, trim = flight.trims_along(model, alphas, altitude=altitude, climb_angle=climb_angle)
+    at = flight.linearise(model, trim, altitude=altitude, decamberings=(kind,), dt=dt, rows=rows)
+    space = state_space_file.export(
+        path, model, at, decambering=kind, altitude=altitude, order=order)
+    return (f'{path}: {len(space.states)} states, {len(space.inputs)} inputs, '
+            f'{len(space.outputs)} outputs, at {math.degrees(trim.alpha):g} deg')
 
 
 def branch(name: str) -> str:
@@ -94,7 +111,8 @@ def table(points: Sequence[jobs.Result]) -> tuple[tuple[str, ...], list[list[str
 def _row(point: dict[str, Any], named: Sequence[str]) -> list[str]:
     cells = [', '.join(_cell(mode) for mode in point['modes'] if branch(mode['name']) == name)
              for name in named]
-    message = '' if point['status'] == Status.CONVERGED.name.lower() else point['message']
+    good = point['status'] == Status.CONVERGED.name.lower() and not point['departed']
+    message = '' if good else point['message']
     return [f'{point["alpha_deg"]:z.2f}', f'{point["trim"]["airspeed_m_s"]:.2f}',
             point['decambering'], *(cell or '-' for cell in cells), message]
 

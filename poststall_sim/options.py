@@ -194,10 +194,16 @@ def _add_modes(modes: argparse.ArgumentParser) -> None:
                        f'lagged decambering (default {models.DEFAULTS.lag:g})')
     modes.add_argument('--wake', type=values.whole_within(_ROWS), metavar='ROWS',
                        help='rows of wake in the linear model (default: those of a flight)')
+    modes.add_argument('--frozen-wake', action='store_true', help='leave the wake behind the body '
+                       'as in steady flight, instead of in the air')
     modes.add_argument('--dt', type=values.within(_STEP), metavar='S',
                        help="step of the linear model [s] (default: a flight's at this airspeed)")
     modes.add_argument('--quasi-steady', action='store_true', help='besides, the modes of the '
                        'classical equations with derivatives of steady loads')
+    modes.add_argument('--export', type=values.output, metavar='FILE', help='write the linear '
+                       'system at the last angle as state space: .npz or .mat')
+    modes.add_argument('--order', type=values.count, metavar='N', help='with so many states for '
+                       'the air instead of all')
     modes.add_argument('--plot', type=values.figure, metavar='FILE',
                        help='draw them: PNG, SVG or PDF')
 

@@ -38,7 +38,7 @@ def test_there_is_a_point_for_each_angle_and_model(glides):
         for model in ('fixed', 'variable', 'lagged', 'quasi-steady')]
     for point in glides['points']:
         assert set(point) == {'alpha_deg', 'trim', 'decambering', 'status', 'message',
-                              'residual', 'modes'}
+                              'departed', 'residual', 'modes'}
         assert (point['status'], point['message']) == ('converged', 'found')
         assert point['residual'] < 1e-8
         assert {modal_analysis.branch(mode['name']) for mode in point['modes']} >= NAMES
@@ -166,12 +166,44 @@ def test_decambering_that_lags_by_itself_is_no_mode_of_the_body(tmp_path):
         assert all(share < 0.3 for share in near)
 
 
+def test_a_frozen_wake_is_another_model(tmp_path):
+    """Past the stall the spiral's wake, which turns with sideslip, makes a part of it."""
+    found = [result(tmp_path, 'trainer', '--alpha', '20', *words)
+             for words in ([], ['--frozen-wake'])]
+    assert [each['wake'] for each in found] == ['prescribed', 'frozen']
+    air, frozen = ({m['name']: m for m in each['points'][0]['modes']} for each in found)
+    assert frozen['spiral']['real'] < 0.98 * air['spiral']['real']
+
+
+@pytest.mark.parametrize('order', [None, 24])
+def test_the_linear_system_goes_into_a_file(tmp_path, order):
+    """At the last angle, with the eigenvalues of the modes that are printed."""
+    path = tmp_path / 'trainer.npz'
+    words = [] if order is None else ['--order', str(order)]
+    found = result(tmp_path, 'trainer', '--alpha', '14:20:3', '--export', str(path), *words)
+    spiral = next(m for m in found['points'][-1]['modes'] if m['name'] == 'spiral')
+    with np.load(path) as file:
+        values = np.log(np.linalg.eigvals(file['a']).astype(complex) + 1e-300) / file['dt']
+        assert math.degrees(file['trim_alpha']) == pytest.approx(20.0)
+        assert list(file['inputs'])[:3] == ['aileron', 'elevator', 'rudder']
+        assert (int(file['order']) == -1) is (order is None)
+    assert np.abs(values - spiral['real']).min() < 1e-2 * spiral['real']
+
+
+def test_the_table_says_where_a_branch_has_ended():
+    point = {'alpha_deg': 1.0, 'trim': {'airspeed_m_s': 10.0}, 'decambering': 'fixed',
+             'status': 'converged', 'message': 'found; ended at a fold', 'departed': True,
+             'modes': []}
+    _, (row,) = modal_analysis.table([point])
+    assert row[-1] == 'found; ended at a fold'
+
+
 def test_the_table_puts_split_and_coupled_modes_under_their_branch():
     def mode(name, real):
         return {'name': name, 'real': real, 'imag': 0.0, 'share': 1.0}
 
     point = {'alpha_deg': 1.0, 'trim': {'airspeed_m_s': 10.0}, 'decambering': 'fixed',
-             'status': 'converged', 'message': 'found',
+             'status': 'converged', 'message': 'found', 'departed': False,
              'modes': [mode('coupled short period, fast', -4.0), mode('short period, slow', -2.0),
                        mode('phugoid, slow + spiral', -1.0), mode('wake 1', -9.0)]}
     head, (row,) = modal_analysis.table([point])

@@ -167,8 +167,8 @@ def test_error_falls_with_the_order(case, kind):
     errors = np.array([each.error for each in found])
     slow = np.array([each.eigenvalue_errors(own).max() for each in found])
     # As measured, with half as much again.
-    assert (errors < [4e-2, 3e-3, 5e-4, 2e-5]).all()
-    assert (slow < [1.2e-2, 1e-3, 1e-3, 1.5e-5]).all()
+    assert (errors < [0.2, 1e-2, 1.1e-3, 5.5e-5]).all()
+    assert (slow < [7e-2, 8e-3, 2.5e-3, 8e-5]).all()
     assert all(each.radius < 1.0 for each in found)
 
 
@@ -203,7 +203,7 @@ def test_an_unstable_aircraft_is_reduced(cases):
 # The jump itself has all frequencies: that of a gust is felt by the load at once, and by the
 # quick part of the pitch rate, which soon is gone.
 @pytest.mark.parametrize(('name', 'flown', 'felt'), [
-    ('elevator', 2e-4, 2e-3), ('aileron', 5e-5, 3e-3), ('gust_w', 1e-2, 1e-1)])
+    ('elevator', 3e-4, 5e-3), ('aileron', 2e-4, 8e-3), ('gust_w', 1e-2, 1e-1)])
 def test_step_of_an_input(case, name, flown, felt):
     """Two seconds of motion and load after it; the order is that of an error of 1e-4."""
     inputs = step_of(case.full, name, 0.02, 2.0)

@@ -133,8 +133,8 @@ def figure_let_go(file: Path) -> None:
             (10, 1.6, style.ATTACHED), (20, 6.0, '#56B4E9'), (24, 6.0, '#E69F00'),
             (28, 6.0, style.STALLED), (34, 6.0, style.THIRD), (40, 4.0, style.SECOND)):
         (_, linear), aero = damped(Axis.VELOCITY)[alpha]
-        for wake, label, line, width in ((Shape.FROZEN, rf'$\alpha$ = {alpha}{DEG}', '-', 2.2),
-                                         (Shape.PRESCRIBED, '', (0, (5, 2)), 1.2)):
+        for wake, label, line, width in ((Shape.PRESCRIBED, rf'$\alpha$ = {alpha}{DEG}', '-', 2.2),
+                                         (Shape.FROZEN, '', (0, (5, 2)), 1.2)):
             turned = list(free_to_roll.let_go(
                 wing(wake), alpha=math.radians(alpha), axis=Axis.VELOCITY,
                 rate=math.radians(KICK), steps=round(seconds / AIR['dt']),
@@ -145,8 +145,8 @@ def figure_let_go(file: Path) -> None:
         curves.append(Curve('', time, KICK * np.exp(linear.pole.real * time), style.INK,
                             (0, (1, 1.5)), width=1.1, top=4))
     curves += [Curve(label, np.zeros(0), np.zeros(0), style.INK, line, width=width)
-               for label, line, width in (('frozen wake', '-', 2.2),
-                                          ('wake as by default', (0, (5, 2)), 1.2),
+               for label, line, width in (('simulated', '-', 2.2),
+                                          ('simulated, frozen wake', (0, (5, 2)), 1.2),
                                           ('linear: exp(pole t)', (0, (1, 1.5)), 1.1))]
     draw(file, [Panel(Kind.ROLLING, f'Let go at {KICK:g}{DEG}/s, about the stream', tuple(curves),
                       limits=(0.0, 6.0, 2e-3, 400.0), log=True)], height=4.2)

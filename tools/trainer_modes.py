@@ -148,9 +148,9 @@ def figure_response(file: Path) -> None:
     for trim in flight.trims_along(trainer(), np.radians((6, 17)), altitude=HIGH):
         for kick, what in zip(KICKS, ('w', 'v')):
             curves = [
-                Curve('simulated, frozen wake', *simulated(trim, kick, Shape.FROZEN),
+                Curve('simulated', *simulated(trim, kick, Shape.PRESCRIBED),
                       style.ATTACHED, width=2.6, top=2),
-                Curve('simulated, wake as by default', *simulated(trim, kick, Shape.PRESCRIBED),
+                Curve('simulated, frozen wake', *simulated(trim, kick, Shape.FROZEN),
                       style.SECOND, (0, (5, 2)), top=3),
                 Curve('linear', *linear(trim, kick), style.INK, (0, (1, 1.5)), width=1.4, top=4)]
             title = rf'$\alpha$ = {math.degrees(trim.alpha):.0f}{DEG}, ' \

@@ -3,11 +3,11 @@
 """
 A body in a linearised flow: E x(k+1) = A x(k) + B u(k+1), and its eigenvalues near z = 1.
 
-x is, in this order: circulation of the wake's rows (rows n), of the rings one step ago (p) and
-now (p), decambering (n), load (6), and the states y of the body. In this order an elimination
-from the first to the last goes down the chain of the wake at no cost and leaves a small full
-matrix. The load goes linearly from step to step as in `simulation`, that is to say the body's
-rows are trapezoidal:
+x is, in this order: displacement of the wake's rows (rows 6, none in a frozen wake), circulation
+of these (rows n), of the rings one step ago (p) and now (p), decambering (n), load (6), and the
+states y of the body. In this order an elimination from the first to the last goes down the chains
+of the wake at no cost and leaves a small full matrix. The load goes linearly from step to step as
+in `simulation`, that is to say the body's rows are trapezoidal:
 
     M (y+ - y)/dt = (P (L+ + L) + R (y+ + y)) / 2,   nu = N y
 
@@ -42,7 +42,7 @@ class System:
     E x(k+1) = A x(k) + B u(k+1), see the head of this file; E and A are sparse.
 
     inputs : deflections by name [rad], the velocity of the air gust_u, gust_v, gust_w in B [m/s],
-    everywhere alike, and throttle. split (5,) : where each part of x but the first begins. share
+    everywhere alike, and throttle. split (6,) : where each part of x but the first begins. share
     (n,) and kept (n,) : of the way to its new value the decambering goes in a step, and of its
     own that it keeps.
     """
@@ -103,7 +103,7 @@ def assemble(flow: LinearFlow, body: Body, controls: tuple[str, ...],
     elif decambering is Decambering.LAGGED:
         kept = np.exp(-flow.chords / lag)
         share = 1.0 - kept
-    split = np.cumsum([rows * strips, panels, panels, strips, 6])
+    split = np.cumsum([6 * len(flow.load_sway), rows * strips, panels, panels, strips, 6])
     return System(
         flow, body, *couple(flow_rows(flow, share, kept), body, flow.dt),
         (*controls, 'gust_u', 'gust_v', 'gust_w', 'throttle'), tuple(int(i) for i in split),
@@ -117,11 +117,13 @@ def flow_rows(flow: LinearFlow, share: FloatArray, kept: FloatArray) -> Rows:
     def chain(blocks: FloatArray) -> FloatArray:
         return blocks.transpose(1, 0, 2).reshape(blocks.shape[1], -1)
 
-    follow_wash = share[:, None] * flow.follow_wash
+    follow_wash, sway = share[:, None] * flow.follow_wash, flow.sway
     follow_wake = chain(np.einsum('np,rpk->rnk', follow_wash, flow.foreign))
+    follow_sway = chain(np.einsum('np,rpm->rnm', follow_wash, sway.foreign))
     load_wake = chain(flow.load_wake + np.einsum('kp,rpn->rkn', flow.load_wash, flow.foreign))
+    load_sway = chain(flow.load_sway + np.einsum('kp,rpm->rkm', flow.load_wash, sway.foreign))
     rate = flow.load_rate / (2.0 * flow.dt)
-    eye, none = np.eye, None
+    eye, none, displaced = np.eye, None, len(sway.foreign)
     e = [
         [sparse.eye(rows * strips), none, none, none, none],
         [none, eye(panels), none, none, none],
@@ -137,12 +139,18 @@ def flow_rows(flow: LinearFlow, share: FloatArray, kept: FloatArray) -> Rows:
         [none, none, empty, none, none],
         [none, none, follow_wash @ flow.other, np.diag(kept), none],
         [none, rate, -4.0 * rate + flow.load_wash @ flow.other, none, sparse.csr_matrix((6, 6))]]
+    if displaced:
+        does = (none, none, chain(sway.normalwash), -follow_sway, -load_sway)
+        e = [[sparse.eye(6 * displaced), *[none] * 5],
+             *([block, *row] for block, row in zip(does, e))]
+        a = [[sparse.kron(sparse.eye(displaced, k=-1), sway.carried), *[none] * 5],
+             *([none, *row] for row in a)]
     still = rows * strips + panels
     return Rows(
         sparse.bmat(e, format='csc'), sparse.bmat(a, format='csc'),
-        np.vstack([np.zeros((still, 6)), -flow.onset, share[:, None] * flow.follow_nu,
-                   flow.load_nu]),
-        np.vstack([np.zeros((still, flow.flap.shape[1])), -flow.flap,
+        np.vstack([np.tile(-flow.dt * eye(6), (displaced, 1)), np.zeros((still, 6)), -flow.onset,
+                   share[:, None] * flow.follow_nu, flow.load_nu]),
+        np.vstack([np.zeros((6 * displaced + still, flow.flap.shape[1])), -flow.flap,
                    share[:, None] * flow.follow_flap, flow.load_flap]))
 
 
@@ -186,17 +194,32 @@ def load_response(system: System, z: complex) -> np.ndarray:
 
     wake, foreign, load_wake = shed(flow.wake), shed(flow.foreign), shed(flow.load_wake)
     wash = foreign + late * flow.other
+    sway = _swayed(flow, late)
     follow = (system.share / (1.0 - late * system.kept))[:, None]
-    turned_by = follow * np.hstack([flow.follow_nu, flow.follow_flap])
+    turned_by = follow * np.hstack([
+        flow.follow_nu + flow.follow_wash @ sway['foreign'], flow.follow_flap])
     turned = follow * flow.follow_wash @ wash
     circulation = -np.linalg.solve(
         flow.bound + wake + flow.turn @ turned,
-        np.hstack([flow.onset, flow.flap]) + flow.turn @ turned_by)
+        np.hstack([flow.onset + sway['normalwash'], flow.flap]) + flow.turn @ turned_by)
     rate = (3.0 - 4.0 * late + late ** 2) / (2.0 * flow.dt)
     per_circulation = flow.load_bound + rate * flow.load_rate + load_wake \
         + flow.load_wash @ wash + flow.load_turn @ turned
-    return per_circulation @ circulation + np.hstack([flow.load_nu, flow.load_flap]) \
+    direct = flow.load_nu + sway['load'] + flow.load_wash @ sway['foreign']
+    return per_circulation @ circulation + np.hstack([direct, flow.load_flap]) \
         + flow.load_turn @ turned_by
+
+
+def _swayed(flow: LinearFlow, late: complex) -> dict[str, np.ndarray]:
+    """Return what displaced rows do per motion nu z^k, (p, 6) and (6, 6); late : 1/z."""
+    place, found = np.zeros((6, 6), dtype=complex), []
+    for _ in flow.load_sway:
+        place = late * flow.sway.carried @ place - flow.dt * np.eye(6)
+        found.append(place)
+    places = np.array(found).reshape(-1, 6, 6)
+    return {name: np.einsum('rpm,rmk->pk', blocks, places, optimize=True) for name, blocks in (
+        ('normalwash', flow.sway.normalwash), ('foreign', flow.sway.foreign),
+        ('load', flow.load_sway))}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
