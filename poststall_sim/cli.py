@@ -161,8 +161,7 @@ def _modes(arguments: argparse.Namespace) -> int:
     result = {**_head(arguments, model), 'axes': jobs.AXES, 'strip_axes': jobs.STRIP_AXES,
               'mode_units': modal_analysis.UNITS, 'altitude_m': arguments.altitude,
               'climb_deg': arguments.climb, 'lag_chords': model.settings.lag,
-              'wake': model.settings.wake.value, 'wake_rows': arguments.wake,
-              'dt_s': arguments.dt,
+              'wake': model.settings.wake.value,
               'points': [point for points in found for point in points]}
     head, rows = modal_analysis.table(result['points'])
     terminal.print_table(head, rows)

@@ -60,7 +60,8 @@ def _point(found: FlightModes, trim: jobs.Result) -> jobs.Result:
     return {
         'alpha_deg': round(math.degrees(found.trim.alpha), 10), 'trim': trim,
         'decambering': found.model, 'status': found.status.name.lower(),
-        'message': found.message, 'departed': found.departed, 'residual': _finite(found.residual),
+        'message': found.message, 'departed': found.departed, 'dt_s': found.dt,
+        'wake_rows': found.rows, 'residual': _finite(found.residual),
         'modes': [_mode(mode, share) for mode, share in zip(found.modes, found.shares)]}
 
 
@@ -88,10 +89,16 @@ def export(path: Path, model: Model, alphas: Sequence[float], *, altitude: float
     """
     *_, trim = flight.trims_along(model, alphas, altitude=altitude, climb_angle=climb_angle)
     at = flight.linearise(model, trim, altitude=altitude, decamberings=(kind,), dt=dt, rows=rows)
-    space = state_space_file.export(
+    if not at.systems:
+        raise jobs.NoResultError(f'{path} is not written: {at.message}')
+    written = state_space_file.export(
         path, model, at, decambering=kind, altitude=altitude, order=order)
-    return (f'{path}: {len(space.states)} states, {len(space.inputs)} inputs, '
-            f'{len(space.outputs)} outputs, at {math.degrees(trim.alpha):g} deg')
+    space, air = written.space, ''
+    if written.order >= 0:
+        air = (f', {written.order} for the air: its load errs by {written.error:.1e} of the '
+               f'largest up to {written.frequency:.3g} rad/s')
+    return (f'{path}: at {math.degrees(trim.alpha):g} deg, {len(space.inputs)} inputs, '
+            f'{len(space.outputs)} outputs, {len(space.states)} states{air}')
 
 
 def branch(name: str) -> str:

@@ -17,6 +17,7 @@ import numpy as np
 
 _MOST_POINTS = 10_000
 _FIGURES = ('.png', '.svg', '.pdf')
+_STATE_SPACES = ('.npz', '.mat')
 
 AIRSPEED = (0.1, 400.0)
 """Of a flight, a trim or a polar [m/s]; as the node's initial.airspeed."""
@@ -169,6 +170,15 @@ def figure(text: str) -> Path:
     if path.suffix.lower() not in _FIGURES:
         raise argparse.ArgumentTypeError(
             f'expected a name that ends in {", ".join(_FIGURES)}, got {text!r}')
+    return path
+
+
+def state_space(text: str) -> Path:
+    """Return a file that a linear system can be written to."""
+    path = output(text)
+    if path.suffix not in _STATE_SPACES:
+        raise argparse.ArgumentTypeError(
+            f'expected a name that ends in {" or ".join(_STATE_SPACES)}, got {text!r}')
     return path
 
 

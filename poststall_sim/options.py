@@ -200,8 +200,9 @@ def _add_modes(modes: argparse.ArgumentParser) -> None:
                        help="step of the linear model [s] (default: a flight's at this airspeed)")
     modes.add_argument('--quasi-steady', action='store_true', help='besides, the modes of the '
                        'classical equations with derivatives of steady loads')
-    modes.add_argument('--export', type=values.output, metavar='FILE', help='write the linear '
-                       'system at the last angle as state space: .npz or .mat')
+    modes.add_argument('--export', type=values.state_space, metavar='FILE',
+                       help='write the linear system at the last angle as state space: .npz '
+                       'or .mat')
     modes.add_argument('--order', type=values.count, metavar='N', help='with so many states for '
                        'the air instead of all')
     modes.add_argument('--plot', type=values.figure, metavar='FILE',

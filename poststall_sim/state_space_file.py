@@ -15,6 +15,8 @@ Both have the same fields under the same names:
 """
 
 import math
+import os
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +43,8 @@ _UNITS = {
     **dict.fromkeys(('p', 'q', 'r'), 'rad/s'),
     **dict.fromkeys(('phi', 'theta', 'psi', 'decambering'), 'rad'),
     **dict.fromkeys(reduction.LOADS[:3], 'N'), **dict.fromkeys(reduction.LOADS[3:], 'N m'),
+    **dict.fromkeys((f'shift_{axis}' for axis in 'xyz'), 'm'),
+    **dict.fromkeys((f'turn_{axis}' for axis in 'xyz'), 'rad'),
     **dict.fromkeys(('wake', 'circulation', 'circulation_before'), 'm^2/s'),
     **dict.fromkeys((f'{name}[{i}]' for name in ('impulse', 'impulse_before')
                      for i in range(3)), 'N s'),
@@ -48,10 +52,20 @@ _UNITS = {
     'air': '1', 'throttle': '1'}
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Written:
+    """What is in a file: the space, and order, error and frequency [rad/s] of the air."""
+
+    space: StateSpace
+    order: int
+    error: float
+    frequency: float
+
+
 def export(path: Path, model: Model, at: Linearised, *, decambering: Decambering, altitude: float,
-           order: int | None = None, error: float | None = None) -> StateSpace:
+           order: int | None = None, error: float | None = None) -> Written:
     """
-    Write a linear system about a trim to a ``.npz`` or ``.mat`` file and return it.
+    Write a linear system about a trim to a ``.npz`` or ``.mat`` file, whole or not at all.
 
     at : with this kind of decambering among its systems; altitude [m] of the trim; order : of the
     reduced air, or error, see `reduction.reduce`; with neither the system is whole. Raises
@@ -74,7 +88,7 @@ def export(path: Path, model: Model, at: Linearised, *, decambering: Decambering
         'a': space.a, 'b': space.b, 'c': space.c, 'd': space.d, 'dt': space.dt,
         'equation': EQUATION, 'axes': AXES,
         'states': space.states, 'state_units': _units(space.states),
-        'inputs': space.inputs, 'input_units': _units(space.inputs),
+        'inputs': space.inputs, 'input_units': _units(space.inputs, model.aircraft.control_names),
         'outputs': space.outputs, 'output_units': _units(space.outputs),
         'trim_airspeed': trim.airspeed, 'trim_alpha': trim.alpha, 'trim_altitude': altitude,
         'trim_climb_angle': trim.climb_angle, 'trim_velocity_B': trim.velocity_B,
@@ -82,21 +96,25 @@ def export(path: Path, model: Model, at: Linearised, *, decambering: Decambering
         'aircraft': model.aircraft.name, 'decambering': decambering.value,
         **dict(zip(('order', 'error', 'frequency'), of_air)),
         'format': FORMAT, 'version': __version__}
+    unfinished = path.with_name(path.name + '.part')
     try:
-        with path.open('wb') as file:
+        with unfinished.open('wb') as file:
             if path.suffix == '.npz':
                 np.savez_compressed(file, **{key: np.asarray(fields[key]) for key in fields})
             else:
                 io.savemat(file, {key: _for_matlab(fields[key]) for key in fields},
                            do_compression=True, oned_as='column')
+        os.replace(unfinished, path)
     except OSError as problem:
         raise ConfigError(f'{path}: cannot be written: {problem.strerror}') from None
-    return space
+    return Written(space, *of_air)
 
 
-def _units(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the units of states, inputs or outputs; what is not listed is a deflection."""
-    return tuple(_UNITS.get(name, _UNITS.get(name.partition('[')[0], 'rad')) for name in names)
+def _units(names: tuple[str, ...], controls: tuple[str, ...] = ()) -> tuple[str, ...]:
+    """Return the units of states, inputs or outputs; controls : names of deflections [rad]."""
+    units = {**_UNITS, **dict.fromkeys(controls, 'rad')}
+    return tuple(units[name] if name in units else units[name.partition('[')[0]]
+                 for name in names)
 
 
 def _for_matlab(value: object) -> object:

@@ -168,7 +168,6 @@ def test_flight_over_its_back_at_two_metres_a_second():
             continue
         speeding = (motion(t + 1e-5) - motion(t - 1e-5)) / 2e-5
         carried = -wings.DENSITY * (model.added_mass @ speeding)[:3] * [-1, 1, -1]
-        # Backward differences lag by a thirtieth of the added mass; both are up to 300 N here.
         # Backward differences of the second order: 1e-3 of the 260 N that the plates carry along.
         assert load == pytest.approx(strip_theory(model, foil, air(t)) + carried, abs=1.0)
         beyond += 1

@@ -32,13 +32,14 @@ def glides(tmp_path_factory):
 
 
 def test_there_is_a_point_for_each_angle_and_model(glides):
-    assert glides['aircraft'] == 'trainer' and glides['wake_rows'] == 30
+    assert glides['aircraft'] == 'trainer' and glides['wake'] == 'prescribed'
     assert [(p['alpha_deg'], p['decambering']) for p in glides['points']] == [
         (alpha, model) for alpha in (4.0, 12.0, 20.0)
         for model in ('fixed', 'variable', 'lagged', 'quasi-steady')]
     for point in glides['points']:
         assert set(point) == {'alpha_deg', 'trim', 'decambering', 'status', 'message',
-                              'departed', 'residual', 'modes'}
+                              'departed', 'dt_s', 'wake_rows', 'residual', 'modes'}
+        assert point['wake_rows'] == (None if point['decambering'] == 'quasi-steady' else 30)
         assert (point['status'], point['message']) == ('converged', 'found')
         assert point['residual'] < 1e-8
         assert {modal_analysis.branch(mode['name']) for mode in point['modes']} >= NAMES

@@ -253,7 +253,7 @@ def test_files_need_nothing_of_this_package(cases, tmp_path, suffix, order):
     case = cases['stalled']
     path = tmp_path / f'trainer{suffix}'
     space = state_space_file.export(path, case.model, case.at, decambering=KIND,
-                                    altitude=ALTITUDE, order=order)
+                                    altitude=ALTITUDE, order=order).space
     if suffix == '.npz':
         with np.load(path, allow_pickle=False) as file:
             read = {key: file[key] for key in file.files}
@@ -270,6 +270,11 @@ def test_files_need_nothing_of_this_package(cases, tmp_path, suffix, order):
         'aileron': 'rad', 'elevator': 'rad', 'rudder': 'rad', 'gust_u': 'm/s', 'gust_v': 'm/s',
         'gust_w': 'm/s', 'throttle': '1'}
     assert dict(zip(read['outputs'], read['output_units']))['moment_y'] == 'N m'
+    units = dict(zip(read['states'], read['state_units']))
+    assert units['theta'] == 'rad' and units['q'] == 'rad/s'
+    if order is None:
+        assert (units['shift_x[0]'], units['turn_y[3]'], units['wake[2,1]']) == (
+            'm', 'rad', 'm^2/s')
     assert 'x forward' in str(read['axes']) and str(read['version']) == __version__
     assert read['order'] == (-1 if order is None else order)
     at = case.at.trim

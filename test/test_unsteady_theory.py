@@ -102,6 +102,16 @@ def test_oscillating_plate_has_the_lift_of_theodorsen(k, kind):
     assert within(oscillating(4, k, kind), theodorsen(k, kind), 0.01, 1.0)
 
 
+@pytest.mark.parametrize('kind', ['plunge', 'pitch'])
+def test_oscillating_plate_converges_with_panels_and_steps(kind):
+    """Complex lift at k = 0.3, step and panel halved at once: errors fall as their square, nearly."""
+    errors = np.array([abs(oscillating(rows, 0.3, kind) / theodorsen(0.3, kind) - 1.0)
+                       for rows in (2, 4, 8)])
+    orders = np.log2(errors[:-1] / errors[1:])
+    print(kind, errors, orders)
+    assert np.all(orders > 1.5)
+
+
 def test_step_shorter_than_a_panel_costs_accuracy_but_not_much():
     """Half the step: the wake then starts half a row late, an error of the order of its root."""
     half = oscillating(8, 0.3, 'plunge', per_panel=2)

@@ -40,6 +40,7 @@ from poststall_sim.aero.decambering import (
 from poststall_sim.aero.model import Model, Onset, influence, own_response, wake_direction
 from poststall_sim.aero.operating import Boundary, boundary_condition
 from poststall_sim.aero.polars import CD, CM, lift, sections
+from poststall_sim.aero.separation import Separation
 from poststall_sim.aero.solver import AeroResult, te_share
 from poststall_sim.aero.wake import Shape
 from poststall_sim.aircraft import ConfigError
@@ -61,7 +62,8 @@ class LinearFlow:
     foreign (R, p, n) : of bound and wake what is on other surfaces, X B and X A_r; follow_nu
     (n, 6), follow_flap (n, controls), follow_wash (n, p) : K; load_bound, load_rate, load_wash
     (6, p), load_wake (R, 6, n), load_nu (6, 6), load_flap (6, controls), load_turn (6, n); te
-    (n, p) : T; chords (n,) : local chords travelled in a step; dt [s]; condition : of the
+    (n, p) : T; chords (n,) : local chords travelled in a step; sway : S, X S and C, of
+    no rows where the wake is frozen; load_sway (rows, 6, 6) : Z; dt [s]; condition : of the
     closure's Jacobian, infinite at a fold.
     """
 
@@ -178,8 +180,12 @@ def linearise(model: Model, onset: Onset, deflections: FloatArray, aero: AeroRes
 
 
 def _require_lattice_flow(model: Model, boundary: Boundary) -> None:
-    if model.settings.angle_form is not AngleForm.EXACT:
+    settings = model.settings
+    if not settings.unsteady or settings.angle_form is not AngleForm.EXACT:
         raise ConfigError('the linear system is that of the unsteady lattice, with sines as sines')
+    if settings.ground or settings.separation is Separation.GOMAN_KHRABROV:
+        raise ConfigError('there is no linear system of a flight near the ground, nor of one with '
+                          f'separation by {Separation.GOMAN_KHRABROV.value}')
     lost = (boundary.fade < 1.0) | (boundary.strips[7] == 0.0)
     if lost.any():
         name = model.lattice.strip_names[int(np.argmax(lost))]

@@ -7,7 +7,7 @@ x is, in this order: displacement of the wake's rows (rows 6, none in a frozen w
 of these (rows n), of the rings one step ago (p) and now (p), decambering (n), load (6), and the
 states y of the body. In this order an elimination from the first to the last goes down the chains
 of the wake at no cost and leaves a small full matrix. The load goes linearly from step to step as
-in `simulation`, that is to say the body's rows are trapezoidal:
+in `simulation`, and the body's rows are trapezoidal, which for velocities is the same:
 
     M (y+ - y)/dt = (P (L+ + L) + R (y+ + y)) / 2,   nu = N y
 
@@ -167,7 +167,7 @@ def couple(flow: Rows, body: Body, dt: float,
     controls = flow.flap.shape[1]
     b = np.vstack([
         np.hstack([flow.flap, gust, np.zeros((size, 1))]),
-        np.hstack([np.zeros((states, controls + 3)), body.throttle[:, None]])])
+        np.hstack([np.zeros((states, controls)), body.wind, body.throttle[:, None]])])
     return sparse.bmat(e, format='csc'), sparse.bmat(a, format='csc'), b
 
 

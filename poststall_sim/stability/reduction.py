@@ -61,8 +61,8 @@ def full(system: System) -> StateSpace:
     thousands, it fills n^2 numbers.
     """
     rows, panels, strips = system.flow.wake.shape
-    names = [f'displacement[{row},{i}]' for row in range(len(system.flow.load_sway))
-             for i in range(6)]
+    names = [f'{what}_{axis}[{row}]' for row in range(len(system.flow.load_sway))
+             for what in ('shift', 'turn') for axis in 'xyz']
     names += [f'wake[{row},{strip}]' for row in range(rows) for strip in range(strips)]
     for name, count in (('circulation_before', panels), ('circulation', panels),
                         ('decambering', strips)):

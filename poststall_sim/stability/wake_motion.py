@@ -9,7 +9,8 @@ a turn a_r (6,) about the centre of gravity, that begin with zero at the trailin
 
     a_r+ = C a_(r-1) - dt nu+,   C = [[1, dt turn x v0], [0, 1]],
 
-v0 the velocity of the body: what is turned as it is left behind moves aside as it goes on.
+v0 the velocity of the body: what is turned as it is left behind moves aside as it goes on. (Taking
+nu+ for the mean over the step is of first order in dt; all else is of second.)
 What the displacements of a row's nodes do is found by central differences, with the strengths of
 the steady flow; all else of the linear system is derived by hand.
 """
@@ -86,38 +87,36 @@ def _swayed(nodes, strength, cg, steps, bounds, cores, far, points, out):
     bounds, cores, points : see `wash.Felt`. A row's displacement changes the rings before and
     behind it, and the last row's the closing row as well.
     """
-    rows = out.shape[0]
-    out[:] = 0.0
-    for s in range(bounds.shape[0] - 1):
-        own = np.ascontiguousarray(nodes[:, bounds[s, 0]:bounds[s + 1, 0]])
-        width = own.shape[1]
-        ring = np.empty((2, bounds[s + 1, 1] - bounds[s, 1]))
-        ring[:] = strength[bounds[s, 1]:bounds[s + 1, 1]]
-        whole = own.copy()
-        edges = np.empty((6, 3 * width))
-        for r in range(1, rows + 1):
-            for m in range(6):
-                for sign in (1.0, -1.0):
-                    whole[r:r + 2] = own[r:r + 2]
-                    for k in range(width):
-                        if m < 3:
-                            whole[r, k, m] += sign * steps[m]
-                        else:
-                            i, j = (m - 2) % 3, (m - 1) % 3
-                            arm_i, arm_j = own[r, k, i] - cg[i], own[r, k, j] - cg[j]
-                            whole[r, k, i] -= sign * steps[m] * arm_j
-                            whole[r, k, j] += sign * steps[m] * arm_i
-                    if r == rows:
-                        wake.close(whole, far)
+    rows, out[:] = out.shape[0], 0.0
+    whole = nodes.copy()
+    for r in range(1, rows + 1):
+        for m in range(6):
+            for sign in (1.0, -1.0):
+                for k in range(nodes.shape[1]):
+                    if m < 3:
+                        whole[r, k, m] += sign * steps[m]
+                    else:
+                        i, j = (m - 2) % 3, (m - 1) % 3
+                        arm_i, arm_j = nodes[r, k, i] - cg[i], nodes[r, k, j] - cg[j]
+                        whole[r, k, i] -= sign * steps[m] * arm_j
+                        whole[r, k, j] += sign * steps[m] * arm_i
+                if r == rows:
+                    wake.close(whole, far)
+                for s in range(bounds.shape[0] - 1):
+                    own = np.ascontiguousarray(
+                        whole[r - 1:r + 2, bounds[s, 0]:bounds[s + 1, 0]])
+                    ring = np.empty((2, bounds[s + 1, 1] - bounds[s, 1]))
+                    ring[:] = strength[bounds[s, 1]:bounds[s + 1, 1]]
+                    edges = np.empty((6, own.shape[0] * own.shape[1]))
                     for t in range(bounds.shape[0] - 1):
                         here = slice(bounds[t, 2], bounds[t + 1, 2])
-                        grid_edges(whole[r - 1:r + 2], ring, np.full(3, cores[s, t]), edges)
+                        grid_edges(own, ring, np.full(3, cores[s, t]), edges)
                         velocity = np.empty((bounds[t + 1, 2] - bounds[t, 2], 3))
                         grid_velocity(edges[0], edges[1], edges[2], edges[3], edges[4], edges[5],
-                                      width, points[here], velocity)
+                                      own.shape[1], points[here], velocity)
                         column = 0 if s == t else 3
                         for p in range(velocity.shape[0]):
                             for c in range(3):
                                 out[r - 1, m, bounds[t, 2] + p, column + c] += \
                                     0.5 * sign * velocity[p, c]
-                whole[r:r + 2] = own[r:r + 2]
+                whole[r:r + 2] = nodes[r:r + 2]
