@@ -104,7 +104,7 @@ def test_oscillating_plate_has_the_lift_of_theodorsen(k, kind):
 
 @pytest.mark.parametrize('kind', ['plunge', 'pitch'])
 def test_oscillating_plate_converges_with_panels_and_steps(kind):
-    """Complex lift at k = 0.3, step and panel halved at once: errors fall as their square, nearly."""
+    """Lift at k = 0.3, step and panel halved at once: errors fall as their square, nearly."""
     errors = np.array([abs(oscillating(rows, 0.3, kind) / theodorsen(0.3, kind) - 1.0)
                        for rows in (2, 4, 8)])
     orders = np.log2(errors[:-1] / errors[1:])
