@@ -26,7 +26,7 @@ from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.simulation import Flight, SavedFlight
 
-FORMAT = 1
+FORMAT = 2
 """Goes up with every change of what a flight remembers: an old file is refused, not guessed."""
 _FORMAT, _AIRCRAFT, _SETTINGS = 'format', 'aircraft', 'settings'
 

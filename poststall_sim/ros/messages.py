@@ -5,6 +5,7 @@
 import array
 import enum
 import importlib
+import importlib.util
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,6 +23,11 @@ def message_class(name: str) -> type:
     return getattr(importlib.import_module(f'{package}.msg'), kind)
 
 
+def available(name: str) -> bool:
+    """Tell whether a message type is installed; tf2_msgs, say, does not come with pip."""
+    return importlib.util.find_spec(name.partition('/')[0]) is not None
+
+
 def qos_profile(qos: Qos) -> QoSProfile:
     """Return the rclpy form of a topic's quality of service."""
     return QoSProfile(
@@ -35,18 +41,20 @@ def fill(message: Any, fields: Fields) -> Any:
     """
     Write plain fields into a message and return it; what the fields do not name stays.
 
-    A float64 array goes into the message's own buffer when that has its length already: rclpy
-    copies on publish, so that one message can be kept and refilled.
+    An array goes into the message's own buffer when that has its length already: rclpy copies on
+    publish, so that one message can be kept and refilled.
     """
     for key, value in fields.items():
         if isinstance(value, dict):
             fill(getattr(message, key), value)
         elif isinstance(value, np.ndarray):
             kept = getattr(message, key)
-            if isinstance(kept, array.array) and len(kept) == value.size:
-                np.frombuffer(kept)[:] = value
+            if isinstance(kept, np.ndarray):   # of a length that the definition fixes
+                kept[:] = value
+            elif len(kept) == value.size:
+                np.frombuffer(kept, value.dtype)[:] = value
             else:
-                setattr(message, key, array.array('d', value.tobytes()))
+                setattr(message, key, array.array(value.dtype.char, value.tobytes()))
         elif isinstance(value, list) and value and isinstance(value[0], dict):
             element = _element_class(message, key)
             setattr(message, key, [fill(element(), item) for item in value])

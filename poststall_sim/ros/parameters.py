@@ -24,7 +24,7 @@ from poststall_sim.aero.separation import Separation
 from poststall_sim.aero.wake import Shape
 from poststall_sim.aero.wash import Precision
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.topics import Rate
+from poststall_sim.topics import SIMULATED, Rate
 
 Settings = TypeVar('Settings')
 
@@ -85,6 +85,11 @@ class SimulatorSettings:
         Rate.STATE, 'pose, odom, wrench, air_data, joint_states and the like; 0 = off')
     rates_strips: float = rate_entry(Rate.STRIPS, 'strip_*; 0 = off')
     rates_wind: float = rate_entry(Rate.WIND, 'wind/applied; 0 = off')
+    rates_tf: float = rate_entry(Rate.TF, '/tf, where tf2_msgs is installed; 0 = off')
+    rates_views: float = rate_entry(Rate.VIEWS, 'markers and strips; 0 = off')
+    rates_path: float = rate_entry(Rate.PATH, 'path; 0 = off')
+    rates_ned: float = rate_entry(
+        Rate.NED, 'odom_ned and wrench_frd, in the axes of aviation; 0 = off')
     rates_diagnostics: float = rate_entry(
         Rate.DIAGNOSTICS, '/diagnostics', low=0.1, high=100.0)
     frames_map: str = entry('frames.map', 'map', 'Name of the fixed frame (ENU)')
@@ -155,6 +160,13 @@ class SimulatorSettings:
     separation_delay: float = entry(
         'separation.delay', _AERO.delay, 'Delay of separation in a motion under goman_khrabrov '
         '[chords travelled]', low=0.0, high=100.0)
+
+    @property
+    def rates(self) -> dict[Rate, float]:
+        """Rates of what is published at times that simulated time gives [Hz], 0 = off."""
+        by_parameter = {field.metadata['name']: getattr(self, field.name)
+                        for field in dataclasses.fields(self)}
+        return {rate: by_parameter[rate.parameter] for rate in Rate if rate.counts == SIMULATED}
 
     @property
     def base_frame(self) -> str:

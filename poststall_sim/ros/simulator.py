@@ -15,7 +15,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
 
-from poststall_sim import definition, simulation, topics
+from poststall_sim import cdr, definition, simulation, topics
 from poststall_sim.aero.decambering import Closure
 from poststall_sim.aero.model import Settings
 from poststall_sim.aero.separation import Separation
@@ -29,6 +29,7 @@ from poststall_sim.ros.pacing import Pacer
 from poststall_sim.ros.parameters import SimulatorSettings
 from poststall_sim.state import Controls
 from poststall_sim.topics import Rate, Topic
+from poststall_sim.views import Views
 
 PAUSED_PERIOD = 0.05
 """While paused, /clock is repeated and new subscribers are looked for this often [s]."""
@@ -91,9 +92,8 @@ class SimulatorNode(Node):
         self._health = Health(
             self.get_fully_qualified_name().lstrip('/'), self._settings.decambering_closure
             if self._settings.decambering_enabled else 'off: attached flow')
-        rates = {
-            Rate.CLOCK: self._settings.rates_clock, Rate.STATE: self._settings.rates_state,
-            Rate.STRIPS: self._settings.rates_strips, Rate.WIND: self._settings.rates_wind}
+        rates = self._settings.rates
+        self._views = Views(self._flight, self._layout, rates[Rate.VIEWS])
         self._schedule = topics.Schedule(rates)
 
         self._outlets = self._open_outlets({rate for rate, hz in rates.items() if hz == 0.0})
@@ -121,7 +121,7 @@ class SimulatorNode(Node):
 
     def _open_outlets(self, off: set[Rate]) -> dict[Topic, tuple[Publisher, Any]]:
         """Create the publishers, each with the message that it keeps and refills."""
-        outlets = {}
+        outlets, missing = {}, {}
         if not self._settings.publish_clock:
             off = off | {Rate.CLOCK}
         for topic in topics.PUBLISHED:
@@ -129,9 +129,15 @@ class SimulatorNode(Node):
                 continue
             if topic is topics.JOINT_STATES and not self._layout.command_names:
                 continue   # nothing to move: its arrays would be empty
+            if not messages.available(topic.type):
+                missing.setdefault(topic.type.partition('/')[0], []).append(topic.name)
+                continue
             kind = messages.message_class(topic.type)
             outlets[topic] = (
                 self.create_publisher(kind, topic.name, messages.qos_profile(topic.qos)), kind())
+        for package, names in missing.items():
+            self.get_logger().info(
+                f'{package} is not installed, so there is no {" and no ".join(names)}')
         return outlets
 
     def _open_inlets(self) -> None:
@@ -175,6 +181,7 @@ class SimulatorNode(Node):
         snapshot = self._flight.step(self._controls)
         stepped = time.perf_counter_ns()
         if snapshot is not before:
+            self._views.follow()
             for topic in self._schedule.due(snapshot.time_ns):
                 self._publish(topic)
             self._health.stepped(snapshot, stepped - begin, time.perf_counter_ns() - begin)
@@ -209,13 +216,16 @@ class SimulatorNode(Node):
 
     def _publish(self, topic: Topic) -> None:
         """Publish a topic of the present snapshot, unless nobody would hear it."""
-        if topic not in self._outlets or topic.fields is None:
+        if topic not in self._outlets or topic is topics.DIAGNOSTICS:
             return
         publisher, message = self._outlets[topic]
-        self._shown_ns[topic] = self._flight.snapshot.time_ns
+        snapshot = self._flight.snapshot
+        self._shown_ns[topic] = snapshot.time_ns
         if topic.rate in (Rate.CLOCK, Rate.ONCE) or publisher.get_subscription_count():
-            publisher.publish(messages.fill(
-                message, topic.fields(self._flight.snapshot, self._layout)))
+            values = (topic.fields(snapshot, self._layout) if topic.fields
+                      else self._views.fields(topic))
+            publisher.publish(cdr.serialize(topic.type, values) if topic.bulk
+                              else messages.fill(message, values))
 
     def _publish_all(self) -> None:
         """Publish every topic of the present snapshot."""
@@ -224,12 +234,13 @@ class SimulatorNode(Node):
             self._publish(topic)
 
     def _tend(self) -> None:
-        """While paused, repeat /clock and show new subscribers the present state."""
+        """While paused, repeat /clock; show new subscribers what they would wait for."""
         for topic, (publisher, _) in self._outlets.items():
             before = self._listeners[topic]
             self._listeners[topic] = publisher.get_subscription_count()
-            if self._paused and topic.rate is not Rate.ONCE and (
-                    topic.rate is Rate.CLOCK or self._listeners[topic] > before):
+            new = self._listeners[topic] > before
+            if (self._paused and topic.rate is not Rate.ONCE and (
+                    topic.rate is Rate.CLOCK or new)) or (topic is topics.PATH and new):
                 self._publish(topic)
 
     def _report(self) -> None:
