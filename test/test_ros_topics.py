@@ -79,7 +79,7 @@ def test_every_topic_has_its_type_quality_frame_and_rate(start, probe):
 
 @pytest.fixture
 def lockstep(start, probe):
-    """Start a paused simulator, return what steps it and gives the latest messages of one instant."""
+    """Start a paused simulator; return what steps it and shows the latest messages."""
     start('simulator', ros=[
         '-p', 'start_paused:=true', '-p', 'command.timeout:=1000.0', '-p', 'rates.ned:=50.0',
         '-p', 'initial.altitude:=500.0', '-p', 'rates.diagnostics:=10.0',
