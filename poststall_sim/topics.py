@@ -27,7 +27,7 @@ from poststall_sim.fields import (
 )
 from poststall_sim.state import Snapshot, Status
 
-SIMULATED = 'simulated time'
+SIMULATED, SAMPLED = 'simulated time', 'simulated time in which samples are taken'
 
 
 class Rate(enum.Enum):
@@ -41,6 +41,10 @@ class Rate(enum.Enum):
     VIEWS = ('rates.views', 5.0, SIMULATED)
     PATH = ('rates.path', 1.0, SIMULATED)
     NED = ('rates.ned', 0.0, SIMULATED)
+    SENSED_IMU = ('sensors.imu.rate', 0.0, SAMPLED)
+    GPS = ('sensors.gps.rate', 0.0, SAMPLED)
+    PITOT = ('sensors.pitot.rate', 0.0, SAMPLED)
+    BAROMETER = ('sensors.barometer.rate', 0.0, SAMPLED)
     DIAGNOSTICS = ('rates.diagnostics', 1.0, 'wall time')
     ONCE = ('', 0.0, '')
 
@@ -48,6 +52,11 @@ class Rate(enum.Enum):
         self.parameter = parameter   # empty for what is published once
         self.default = default
         self.counts = counts
+
+    @property
+    def shows_state(self) -> bool:
+        """Tell whether its topics show the present state, whenever that is asked of them."""
+        return self.counts in (SIMULATED, '')
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,8 +90,8 @@ class Topic:
 
     name : relative to the node's namespace unless it starts with a slash; type : ROS name of
     the message; fields : snapshot and layout to plain fields, None where they take more than a
-    snapshot (see `diagnostics_fields`, `views`); bulk : of so many elements that it is written
-    as bytes (see `cdr`) and not filled into a message.
+    snapshot (see `diagnostics_fields`, `views`, `instruments`); bulk : of so many elements that
+    it is written as bytes (see `cdr`) and not filled into a message.
     """
 
     name: str
@@ -176,6 +185,7 @@ class SolverTally:
             'stalled_strips_max': self.stalled_max})
 
 
+_SENSOR = Qos(depth=5, reliable=False)
 _LATCHED = Qos(depth=1, latched=True)
 _COMMANDS = Qos(depth=32, reliable=False)
 _ARRAY = 'std_msgs/msg/Float64MultiArray'
@@ -203,6 +213,16 @@ MARKERS = Topic(
 PATH = Topic('path', 'nav_msgs/msg/Path', Rate.PATH,
              'where base_link has been since the start, in map, thinned to 500 poses at most',
              qos=Qos(depth=1, latched=True), bulk=True)
+
+SENSED_IMU = Topic('sensors/imu', 'sensor_msgs/msg/Imu', Rate.SENSED_IMU,
+                   'specific force and rates with errors, in base_link; no attitude '
+                   '[m/s^2, rad/s]', qos=_SENSOR)
+GPS = Topic('sensors/gps', 'sensor_msgs/msg/NavSatFix', Rate.GPS,
+            'position with errors, from the parameters origin.* [deg, m]', qos=_SENSOR)
+PITOT = Topic('sensors/pitot', 'sensor_msgs/msg/FluidPressure', Rate.PITOT,
+              'dynamic pressure of the air from ahead, with errors [Pa]', qos=_SENSOR)
+BAROMETER = Topic('sensors/barometer', 'sensor_msgs/msg/FluidPressure', Rate.BAROMETER,
+                  'static pressure with errors [Pa]', qos=_SENSOR)
 
 PUBLISHED: tuple[Topic, ...] = (
     CLOCK,
@@ -274,6 +294,10 @@ PUBLISHED: tuple[Topic, ...] = (
           fields.places('strip_chord'), _LATCHED),
     Topic('strip_cl_max', _ARRAY, Rate.ONCE, 'greatest lift coefficients of the sections [-]',
           fields.places('strip_cl_max'), _LATCHED),
+    SENSED_IMU,
+    GPS,
+    PITOT,
+    BAROMETER,
     DIAGNOSTICS,
 )
 

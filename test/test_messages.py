@@ -30,6 +30,7 @@ from poststall_sim.ros.messages import (
     message,
     message_class,
 )
+from poststall_sim.ros.sensor_settings import SensorSettings
 
 PUBLISHED = [topic for topic in topics.PUBLISHED if topic.fields and available(topic.type)]
 
@@ -196,6 +197,7 @@ def test_whole_numbers_are_real_ones_where_those_are_wanted(declared):
 @pytest.mark.ros
 def test_defaults_of_rates_are_those_of_the_table(declared):
     _, node, _ = declared()
+    parameters.declare(node, SensorSettings)
     for rate in topics.Rate:
         if rate.parameter:
             assert node.get_parameter(rate.parameter).value == rate.default

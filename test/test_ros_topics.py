@@ -32,8 +32,11 @@ def test_every_topic_has_its_type_quality_frame_and_rate(start, probe):
     simulator = start('simulator', ros=[
         '-p', 'rates.ned:=10.0', '-p', 'rates.clock:=50.0', '-p', 'frames.map:=world',
         '-p', 'frames.prefix:=left/', '-p', 'rates.path:=2.0', '-p', 'rates.views:=4.0',
-        '-p', 'rates.state:=20.0'])
-    rates = {Rate.NED: 10.0, Rate.CLOCK: 50.0, Rate.PATH: 2.0, Rate.VIEWS: 4.0, Rate.STATE: 20.0}
+        '-p', 'rates.state:=20.0', '-p', 'sensors.imu.rate:=40.0', '-p', 'sensors.gps.rate:=4.0',
+        '-p', 'sensors.pitot.rate:=20.0', '-p', 'sensors.barometer.rate:=10.0'])
+    rates = {Rate.SENSED_IMU: 40.0, Rate.GPS: 4.0, Rate.PITOT: 20.0, Rate.BAROMETER: 10.0,
+             Rate.NED: 10.0, Rate.CLOCK: 50.0, Rate.PATH: 2.0, Rate.VIEWS: 4.0,
+             Rate.STATE: 20.0}
     heard = {topic: probe.collect(message_class(topic.type), topic.name, qos_profile(topic.qos))
              for topic in AVAILABLE}
     probe.spin_until(lambda: all(heard.values()), 'every topic')
@@ -75,6 +78,58 @@ def test_every_topic_has_its_type_quality_frame_and_rate(start, probe):
     assert ours['odom'].child_frame_id == 'left/base_link'
     assert ours['odom_ned'].child_frame_id == 'left/base_link_frd'
     assert ours['path'].poses[0].header.frame_id == 'world'
+
+
+def test_sensors_without_errors_measure_what_there_is_and_come_late_as_told(start, probe):
+    """Over the equator, flying north at 15 m/s; the barometer's message 20 ms after its sample."""
+    start('simulator', ros=[
+        '-p', 'start_paused:=true', '-p', 'initial.altitude:=500.0', '-p', 'dt:=0.005',
+        '-p', 'initial.airspeed:=15.0', '-p', 'rates.diagnostics:=10.0', '-p', 'step_count:=40',
+        '-p', 'origin.longitude:=11.0', '-p', 'origin.altitude:=100.0',
+        '-p', 'sensors.imu.rate:=200.0', '-p', 'sensors.imu.accel_noise:=0.0',
+        '-p', 'sensors.imu.gyro_noise:=0.0', '-p', 'sensors.imu.gyro_bias:=[0.0, 0.0, 0.25]',
+        '-p', 'sensors.gps.rate:=200.0', '-p', 'sensors.gps.noise:=[0.0, 0.0, 0.0]',
+        '-p', 'sensors.gps.delay:=0.0',
+        '-p', 'sensors.pitot.rate:=200.0', '-p', 'sensors.pitot.noise:=0.0',
+        '-p', 'sensors.barometer.rate:=200.0', '-p', 'sensors.barometer.noise:=0.0',
+        '-p', 'sensors.barometer.delay:=0.02'])
+    heard = {topic: probe.collect(message_class(topic.type), topic.name, QoSProfile(
+        depth=100, reliability=ReliabilityPolicy.BEST_EFFORT))
+        for topic in (topics.SENSED_IMU, topics.GPS, topics.PITOT, topics.BAROMETER)}
+    odom = probe.collect(Odometry, 'odom')
+    ideal = probe.collect(Imu, 'imu')
+    probe.spin_until(lambda: odom and ideal and all(
+        probe.node.count_publishers(topic.name) for topic in heard), 'the simulator')
+
+    def stepped():
+        assert probe.call(Trigger, 'step').success
+        end = probe.node.get_clock().now().nanoseconds + 500_000_000
+        probe.spin_until(lambda: probe.node.get_clock().now().nanoseconds > end or all(
+            heard.values()), 'sensors')
+        return all(heard.values())
+    probe.spin_until(stepped, 'all sensors')
+
+    def latest():
+        """Return the sensors' latest messages, once they are of the instant that is shown."""
+        now = nanoseconds(odom[-1].header.stamp)
+        found = {topic: messages[-1] for topic, messages in heard.items()}
+        there = all(nanoseconds(message.header.stamp) == now - (
+            20_000_000 if topic is topics.BAROMETER else 0) for topic, message in found.items())
+        return found if there and nanoseconds(ideal[-1].header.stamp) == now else None
+    found = probe.spin_until(latest, 'the readings of the last step')
+    here, speed = odom[-1].pose.pose.position, odom[-1].twist.twist.linear
+
+    imu = found[topics.SENSED_IMU]
+    assert imu.linear_acceleration == ideal[-1].linear_acceleration
+    assert imu.angular_velocity.z == ideal[-1].angular_velocity.z + 0.25
+    gps = found[topics.GPS]
+    assert gps.latitude * 110_574.3 == pytest.approx(here.y, rel=1e-4) and here.y > 1.0
+    assert gps.longitude == pytest.approx(11.0, abs=1e-6)
+    assert gps.altitude == pytest.approx(here.z + 100.0)
+    # 500 m in the U.S. Standard Atmosphere, 1976: 95 461 Pa and 1.1673 kg/m^3.
+    assert found[topics.BAROMETER].fluid_pressure == pytest.approx(95_461.0, abs=5.0)
+    assert found[topics.PITOT].fluid_pressure == pytest.approx(
+        0.5 * 1.1673 * speed.x ** 2, rel=1e-3)
 
 
 @pytest.fixture

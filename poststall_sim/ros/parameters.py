@@ -192,8 +192,13 @@ class PilotSettings:
 
 
 def declare(node: Node, kind: type[Settings]) -> Settings:
+    """Declare all parameters of a record on a node and return it, see `declare_all`."""
+    return declare_all(node, kind)[0]
+
+
+def declare_all(node: Node, *kinds: type) -> tuple[Any, ...]:
     """
-    Declare all parameters of a record on a node and return the record with their values.
+    Declare all parameters of some records on a node and return the records with their values.
 
     Whole numbers are taken where real ones are wanted. A value that was given under a name
     which no parameter has is warned of.
@@ -205,6 +210,12 @@ def declare(node: Node, kind: type[Settings]) -> Settings:
 
     """
     given = _overrides(node)
+    records = tuple(_declared(node, kind, given) for kind in kinds)
+    _warn_of_strangers(node, kinds, given)
+    return records
+
+
+def _declared(node: Node, kind: type[Settings], given: dict[str, Any]) -> Settings:
     values = {}
     for field in dataclasses.fields(kind):
         name = field.metadata['name']
@@ -219,7 +230,6 @@ def declare(node: Node, kind: type[Settings]) -> Settings:
         except (ParameterException, ValueError, TypeError) as error:
             raise ConfigError(f'parameter {name}: {error}') from None
         values[field.name] = _record_value(field, value)
-    _warn_of_strangers(node, kind, given)
     return kind(**values)
 
 
@@ -361,9 +371,9 @@ def _check(kind: type, values: dict[str, Any]) -> None:
                               f'{entry["high"]:g}, got {value}')
 
 
-def _warn_of_strangers(node: Node, kind: type, given: dict[str, Any]) -> None:
+def _warn_of_strangers(node: Node, kinds: tuple[type, ...], given: dict[str, Any]) -> None:
     """Warn of every value that was given under a name that nobody reads."""
-    known = [field.metadata['name'] for field in dataclasses.fields(kind)]
+    known = [field.metadata['name'] for kind in kinds for field in dataclasses.fields(kind)]
     by_last: dict[str, list[str]] = {}
     for name in known:
         by_last.setdefault(name.rpartition('.')[2], []).append(name)

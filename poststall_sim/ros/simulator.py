@@ -21,12 +21,14 @@ from poststall_sim.aero.model import Settings
 from poststall_sim.aero.separation import Separation
 from poststall_sim.aero.wake import Shape
 from poststall_sim.aero.wash import Precision
+from poststall_sim.fields import Fields
 from poststall_sim.frames import swap_ned_enu
 from poststall_sim.ros import messages, parameters, process
 from poststall_sim.ros.commands import CommandDesk, OnTimeout, Source
 from poststall_sim.ros.health import Health
 from poststall_sim.ros.pacing import Pacer
 from poststall_sim.ros.parameters import SimulatorSettings
+from poststall_sim.ros.sensor_settings import SensorSettings
 from poststall_sim.state import Controls
 from poststall_sim.topics import Rate, Topic
 from poststall_sim.views import Views
@@ -67,7 +69,7 @@ class SimulatorNode(Node):
 
     def __init__(self, **node_options: Any) -> None:
         super().__init__('simulator', **node_options)
-        self._settings = parameters.declare(self, SimulatorSettings)
+        self._settings, sensors = parameters.declare_all(self, SimulatorSettings, SensorSettings)
         parameters.refuse_sim_time(self)
         self._flight = flight_from_settings(self._settings, self.get_logger().info)
         self._layout = topics.layout(
@@ -92,7 +94,8 @@ class SimulatorNode(Node):
         self._health = Health(
             self.get_fully_qualified_name().lstrip('/'), self._settings.decambering_closure
             if self._settings.decambering_enabled else 'off: attached flow')
-        rates = self._settings.rates
+        rates = self._settings.rates | sensors.rates
+        self._instruments = sensors.instruments(self._layout)
         self._views = Views(self._flight, self._layout, rates[Rate.VIEWS])
         self._schedule = topics.Schedule(rates)
 
@@ -182,6 +185,9 @@ class SimulatorNode(Node):
         stepped = time.perf_counter_ns()
         if snapshot is not before:
             self._views.follow()
+            for topic, values in self._instruments.step(snapshot):
+                if self._heard(topic):
+                    self._emit(topic, values)
             for topic in self._schedule.due(snapshot.time_ns):
                 self._publish(topic)
             self._health.stepped(snapshot, stepped - begin, time.perf_counter_ns() - begin)
@@ -216,16 +222,21 @@ class SimulatorNode(Node):
 
     def _publish(self, topic: Topic) -> None:
         """Publish a topic of the present snapshot, unless nobody would hear it."""
-        if topic not in self._outlets or topic is topics.DIAGNOSTICS:
+        if topic not in self._outlets or not topic.rate.shows_state:
             return
-        publisher, message = self._outlets[topic]
         snapshot = self._flight.snapshot
         self._shown_ns[topic] = snapshot.time_ns
-        if topic.rate in (Rate.CLOCK, Rate.ONCE) or publisher.get_subscription_count():
-            values = (topic.fields(snapshot, self._layout) if topic.fields
-                      else self._views.fields(topic))
-            publisher.publish(cdr.serialize(topic.type, values) if topic.bulk
-                              else messages.fill(message, values))
+        if topic.rate in (Rate.CLOCK, Rate.ONCE) or self._heard(topic):
+            self._emit(topic, topic.fields(snapshot, self._layout) if topic.fields
+                       else self._views.fields(topic))
+
+    def _heard(self, topic: Topic) -> int:
+        return self._outlets[topic][0].get_subscription_count()
+
+    def _emit(self, topic: Topic, values: Fields) -> None:
+        publisher, message = self._outlets[topic]
+        publisher.publish(cdr.serialize(topic.type, values) if topic.bulk
+                          else messages.fill(message, values))
 
     def _publish_all(self) -> None:
         """Publish every topic of the present snapshot."""
