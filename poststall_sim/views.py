@@ -14,6 +14,7 @@ from poststall_sim import fields, silhouette, topics
 from poststall_sim.aero.wake import Shape
 from poststall_sim.fields import Fields, Layout
 from poststall_sim.frames import (
+    GRAVITY,
     FloatArray,
     body_to_geometry,
     geometry_to_body,
@@ -56,11 +57,11 @@ class Views:
         self._lifetime = fields.stamp(lifetime_ns)
         aircraft, lattice = flight.model.aircraft, flight.model.lattice
         reference = aircraft.reference
-        self._line = 0.004 * reference.span
+        self._widths = {'lift': 0.004 * reference.span, 'wake': 0.0015 * reference.span}
         self._body = silhouette.triangles(silhouette.fuselage(aircraft))
         self._strips = silhouette.triangles(_strip_quads(flight))
         self._arm_G = lattice.quarter_chord - np.array(aircraft.mass.cg_G)
-        weight = aircraft.mass.mass * 9.81
+        weight = aircraft.mass.mass * GRAVITY
         self._lift_scale = LIFT_LENGTH * reference.span / (weight / reference.span)
         self._poses: list[Fields] = []
         self._period_ns = PATH_PERIOD_NS
@@ -110,18 +111,17 @@ class Views:
     def _marker(self, name: str, kind: int, points: FloatArray,
                 colours: FloatArray | tuple[float, ...]) -> Fields:
         """Return a marker, the only one of its namespace; colours : one, or one a point."""
-        lines, in_map = kind == LINE_LIST, name == 'wake'
-        size = self._line if lines else 1.0
+        in_map = name == 'wake'
         marker = {
             'header': fields.header(
                 self._flight.snapshot.time_ns,
                 self._layout.map_frame if in_map else self._layout.base_frame),
             'ns': name, 'type': kind, 'pose': {'orientation': {'w': 1.0}},
-            'scale': {'x': 0.3 * size if in_map else size,
-                      'y': 0.0 if lines else size, 'z': 0.0 if lines else size},
             'frame_locked': not in_map, 'points': points}
-        if lines:   # the aircraft stays in sight, what was measured does not
-            marker['lifetime'] = self._lifetime
+        if kind == LINE_LIST:   # the aircraft stays in sight, what was measured does not
+            marker |= {'scale': {'x': self._widths[name]}, 'lifetime': self._lifetime}
+        else:
+            marker['scale'] = {'x': 1.0, 'y': 1.0, 'z': 1.0}
         if isinstance(colours, tuple):
             marker['color'] = dict(zip('rgba', colours))
         else:

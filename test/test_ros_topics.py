@@ -16,7 +16,8 @@ from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
-from poststall_sim import topics
+from poststall_sim import cdr, topics
+from poststall_sim.ros import messages
 from poststall_sim.ros.messages import available, message_class, qos_profile
 from poststall_sim.topics import Rate
 
@@ -50,25 +51,25 @@ def test_every_topic_has_its_type_quality_frame_and_rate(start, probe):
         assert not probe.node.count_publishers('/tf')
 
     clock, = (found for topic, found in heard.items() if topic is topics.CLOCK)
-    for messages in heard.values():
-        messages.clear()
+    for found in heard.values():
+        found.clear()
     probe.spin_until(lambda: len(clock) > 5, 'the clock')
     begin = nanoseconds(clock[-1].clock)
     probe.spin_until(lambda: nanoseconds(clock[-1].clock) > begin + 4_000_000_000, 'four seconds')
     passed = 1e-9 * (nanoseconds(clock[-1].clock) - begin)
-    for topic, messages in heard.items():
+    for topic, found in heard.items():
         if topic.rate is Rate.ONCE:
-            assert not messages, topic.name
+            assert not found, topic.name
             continue
         rate = rates.get(topic.rate, topic.rate.default)
-        if hasattr(messages[0], 'header') and topic is not topics.DIAGNOSTICS:
-            gaps = np.diff([nanoseconds(message.header.stamp) for message in messages])
+        if hasattr(found[0], 'header') and topic is not topics.DIAGNOSTICS:
+            gaps = np.diff([nanoseconds(message.header.stamp) for message in found])
             assert np.median(gaps) == pytest.approx(1e9 / rate, rel=0.1, abs=8e6), topic.name
         # A busy machine loses some of what is best effort.
-        assert 0.5 * rate * passed - 2 <= len(messages) <= 1.1 * rate * passed + 2, topic.name
+        assert 0.5 * rate * passed - 2 <= len(found) <= 1.1 * rate * passed + 2, topic.name
 
-    ours = {topic.name: messages[-1] for topic, messages in heard.items()
-            if messages and hasattr(messages[-1], 'header')}
+    ours = {topic.name: found[-1] for topic, found in heard.items()
+            if found and hasattr(found[-1], 'header')}
     in_map = {'pose', 'odom', 'path', 'wind/applied'}
     aviation = {'odom_ned': 'world_ned', 'wrench_frd': 'left/base_link_frd'}
     for name, message in ours.items():
@@ -78,6 +79,39 @@ def test_every_topic_has_its_type_quality_frame_and_rate(start, probe):
     assert ours['odom'].child_frame_id == 'left/base_link'
     assert ours['odom_ned'].child_frame_id == 'left/base_link_frd'
     assert ours['path'].poses[0].header.frame_id == 'world'
+
+
+def test_nothing_is_made_that_nobody_listens_to(probe, monkeypatch):
+    """Counted in the node itself, which runs here: what is filled into which message."""
+    from poststall_sim.ros import simulator
+
+    made = []
+    made_of_state = {topic.type.rpartition('/')[2] for topic in AVAILABLE if topic.rate not in (
+        Rate.CLOCK, Rate.ONCE, Rate.DIAGNOSTICS)} - {'Float64MultiArray'}   # latched ones are
+    fill, serialize = messages.fill, cdr.serialize
+    monkeypatch.setattr(messages, 'fill', lambda message, fields: (
+        made.append(type(message).__name__), fill(message, fields))[1])
+    monkeypatch.setattr(cdr, 'serialize', lambda kind, fields: (
+        made.append(kind.rpartition('/')[2]), serialize(kind, fields))[1])
+    node = simulator.SimulatorNode(context=probe.context, cli_args=[
+        '--ros-args', '-p', 'start_paused:=true', '-p', 'rates.views:=1000.0', '-p',
+        'rates.path:=1000.0', '-p', 'rates.ned:=1000.0', '-p', 'rates.diagnostics:=0.1',
+        '-p', 'sensors.imu.rate:=1000.0', '-p', 'sensors.gps.rate:=1000.0'])
+    probe.executor.add_node(node)
+    try:
+        made.clear()
+        assert probe.call(Trigger, 'step').success
+        assert 'Clock' in made and not made_of_state & set(made)
+        for topic in (topics.MARKERS, topics.PATH, topics.GPS):
+            heard = probe.collect(message_class(topic.type), topic.name, qos_profile(topic.qos))
+            kind = topic.type.rpartition('/')[2]
+            probe.spin_until(
+                lambda kind=kind, heard=heard: probe.call(Trigger, 'step').success
+                and kind in made and heard, topic.name)
+        assert made_of_state & set(made) == {'MarkerArray', 'Path', 'NavSatFix'}
+    finally:
+        probe.executor.remove_node(node)
+        node.destroy_node()
 
 
 def test_sensors_without_errors_measure_what_there_is_and_come_late_as_told(start, probe):
@@ -112,7 +146,7 @@ def test_sensors_without_errors_measure_what_there_is_and_come_late_as_told(star
     def latest():
         """Return the sensors' latest messages, once they are of the instant that is shown."""
         now = nanoseconds(odom[-1].header.stamp)
-        found = {topic: messages[-1] for topic, messages in heard.items()}
+        found = {topic: each[-1] for topic, each in heard.items()}
         there = all(nanoseconds(message.header.stamp) == now - (
             20_000_000 if topic is topics.BAROMETER else 0) for topic, message in found.items())
         return found if there and nanoseconds(ideal[-1].header.stamp) == now else None
