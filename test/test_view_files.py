@@ -69,8 +69,6 @@ def _resolve(path):
     topic = BY_NAME[name]
     value = topic.fields(a_snapshot(), a_layout())
     for member in members.split('.'):
-        if member.startswith('@'):
-            continue
         key, index = re.fullmatch(r'(\w+)(?:\[(.*)\])?', member).groups()
         value = value[key]
         if index and index != ':':
