@@ -153,7 +153,7 @@ class FlightRecorder:
         self._recorder = Recorder(path)
         self._flight = flight
         self._layout = topics.layout(flight)
-        self._views = Views(flight, self._layout, topics.Rate.VIEWS.default)
+        self._views = Views(flight.model, self._layout, topics.Rate.VIEWS.default)
         self._schedule = topics.Schedule({})
         self._tally = topics.SolverTally()
         self._reported_ns: int | None = None
@@ -182,7 +182,7 @@ class FlightRecorder:
         self._recorder.close()
 
     def _record(self, snapshot: Snapshot, commands: Mapping[str, float] | None = None) -> None:
-        self._views.follow()
+        self._views.follow(self._flight)
         due = self._schedule.due(snapshot.time_ns)
         for topic in due:
             if topic is not topics.JOINT_STATES or self._layout.command_names:
@@ -195,7 +195,7 @@ class FlightRecorder:
 
     def _write(self, topic: topics.Topic, snapshot: Snapshot) -> None:
         values = (topic.fields(snapshot, self._layout) if topic.fields
-                  else self._views.fields(topic))
+                  else self._views.fields(topic, self._flight))
         self._recorder.write(topic, values, snapshot.time_ns)
 
     def _report(self, snapshot: Snapshot) -> None:

@@ -11,6 +11,7 @@ and not in jumps; the wake is in map. Points and colours are arrays (see `cdr`).
 import numpy as np
 
 from poststall_sim import fields, silhouette, topics
+from poststall_sim.aero.model import Model
 from poststall_sim.aero.wake import Shape
 from poststall_sim.fields import Fields, Layout
 from poststall_sim.frames import (
@@ -45,77 +46,75 @@ WAKE = (0.35, 0.65, 0.75, 0.5)
 
 class Views:
     """
-    Markers and path of a flight, made when they are asked for.
+    Markers and path of the flights of a model, made when they are asked for.
 
     rate : of the markers [Hz of simulated time], for how long they stay in sight.
     """
 
-    def __init__(self, flight: Flight, layout: Layout, rate: float) -> None:
-        self._flight, self._layout = flight, layout
+    def __init__(self, model: Model, layout: Layout, rate: float) -> None:
+        self._model, self._layout = model, layout
         self._makers = {topics.MARKERS: self.markers, topics.PATH: self.path}
         lifetime_ns = round(PERIODS_SHOWN * 1e9 / rate) if rate > 0.0 else 0
         self._lifetime = fields.stamp(lifetime_ns)
-        aircraft, lattice = flight.model.aircraft, flight.model.lattice
+        aircraft, lattice = model.aircraft, model.lattice
         reference = aircraft.reference
         self._widths = {'lift': 0.004 * reference.span, 'wake': 0.0015 * reference.span}
         self._body = silhouette.triangles(silhouette.fuselage(aircraft))
-        self._strips = silhouette.triangles(_strip_quads(flight))
+        self._strips = silhouette.triangles(_strip_quads(model))
         self._arm_G = lattice.quarter_chord - np.array(aircraft.mass.cg_G)
         weight = aircraft.mass.mass * GRAVITY
         self._lift_scale = LIFT_LENGTH * reference.span / (weight / reference.span)
         self._poses: list[Fields] = []
         self._period_ns = PATH_PERIOD_NS
-        self._next_ns = self._steps = 0
-        self.follow()
+        self._seen = (0, 0)
+        self._next_ns = 0
 
-    def fields(self, topic: topics.Topic) -> Fields:
-        """Return what one of the topics `MARKERS` and `PATH` says now."""
-        return self._makers[topic]()
+    def fields(self, topic: topics.Topic, flight: Flight) -> Fields:
+        """Return what one of the topics `MARKERS` and `PATH` says of a flight now."""
+        return self._makers[topic](flight)
 
-    def follow(self) -> None:
+    def follow(self, flight: Flight) -> None:
         """Remember the present place for the path; a flight that begins again begins another."""
-        snapshot, steps = self._flight.snapshot, self._flight.state.flow.steps
-        if steps < self._steps:
+        time_ns, steps = seen = flight.snapshot.time_ns, flight.state.flow.steps
+        if time_ns < self._seen[0] or steps < self._seen[1]:
             self._poses, self._period_ns = [], PATH_PERIOD_NS
-        self._steps = steps
-        if self._poses and snapshot.time_ns < self._next_ns:
+        self._seen = seen
+        if self._poses and time_ns < self._next_ns:
             return
-        self._next_ns = snapshot.time_ns + self._period_ns
-        self._poses.append(fields.pose(snapshot, self._layout))
+        self._next_ns = time_ns + self._period_ns
+        self._poses.append(fields.pose(flight.snapshot, self._layout))
         if len(self._poses) >= PATH_POSES:
             self._poses = self._poses[::2]
             self._period_ns *= 2
 
-    def path(self) -> Fields:
+    def path(self, flight: Flight) -> Fields:
         """Return a nav_msgs/Path that ends where the aircraft is."""
-        self.follow()
-        snapshot = self._flight.snapshot
-        return {'header': fields.header(snapshot.time_ns, self._layout.map_frame),
-                'poses': [*self._poses, fields.pose(snapshot, self._layout)]}
+        self.follow(flight)
+        return {'header': fields.header(flight.snapshot.time_ns, self._layout.map_frame),
+                'poses': [*self._poses, fields.pose(flight.snapshot, self._layout)]}
 
-    def markers(self) -> Fields:
+    def markers(self, flight: Flight) -> Fields:
         """Return a visualization_msgs/MarkerArray of the present state."""
-        snapshot = self._flight.snapshot
+        snapshot = flight.snapshot
         strips = strip_colours(snapshot, self._layout)
         controls = silhouette.triangles(silhouette.controls(
-            self._flight.model.aircraft, snapshot.controls.deflections))
-        found = [
-            self._marker('body', TRIANGLE_LIST, self._body, BODY),
-            self._marker('strips', TRIANGLE_LIST, self._strips, np.repeat(strips, 6, axis=0)),
-            self._marker('lift', LINE_LIST, self._lift(snapshot), np.repeat(strips, 2, axis=0)),
-            self._marker('wake', LINE_LIST, wake_lines(self._flight), WAKE)]
+            self._model.aircraft, snapshot.controls.deflections))
+        drawn = [
+            ('body', TRIANGLE_LIST, self._body, BODY),
+            ('strips', TRIANGLE_LIST, self._strips, np.repeat(strips, 6, axis=0)),
+            ('lift', LINE_LIST, self._lift(snapshot), np.repeat(strips, 2, axis=0)),
+            ('wake', LINE_LIST, wake_lines(flight), WAKE)]
         if len(controls):
-            found.append(self._marker('controls', TRIANGLE_LIST, controls, CONTROL))
-        return {'markers': found}
+            drawn.append(('controls', TRIANGLE_LIST, controls, CONTROL))
+        return {'markers': [self._marker(snapshot.time_ns, *each) for each in drawn]}
 
-    def _marker(self, name: str, kind: int, points: FloatArray,
+    def _marker(self, time_ns: int, name: str, kind: int, points: FloatArray,
                 colours: FloatArray | tuple[float, ...]) -> Fields:
         """Return a marker, the only one of its namespace; colours : one, or one a point."""
         in_map = name == 'wake'
         marker = {
             'header': fields.header(
-                self._flight.snapshot.time_ns,
-                self._layout.map_frame if in_map else self._layout.base_frame),
+                time_ns, self._layout.map_frame if in_map else self._layout.base_frame),
             'ns': name, 'type': kind, 'pose': {'orientation': {'w': 1.0}},
             'frame_locked': not in_map, 'points': points}
         if kind == LINE_LIST:   # the aircraft stays in sight, what was measured does not
@@ -134,7 +133,7 @@ class Views:
 
         Across the air that the strip meets and across its span; as long as lift over width.
         """
-        lattice = self._flight.model.lattice
+        lattice = self._model.lattice
         air_B = snapshot.velocity_air_B + np.cross(
             snapshot.body.rates_B, geometry_to_body(self._arm_G))
         lift_G = np.cross(-body_to_geometry(air_B), lattice.span_axis)
@@ -165,9 +164,9 @@ def wake_lines(flight: Flight) -> FloatArray:
     return np.concatenate([along.reshape(-1, 3), across.reshape(-1, 3)])
 
 
-def _strip_quads(flight: Flight) -> list[FloatArray]:
+def _strip_quads(model: Model) -> list[FloatArray]:
     """Return the four corners (4, 3) of each strip in base_link [m], from the lattice's rings."""
-    lattice, cg = flight.model.lattice, np.array(flight.model.aircraft.mass.cg_G)
+    lattice, cg = model.lattice, np.array(model.aircraft.mass.cg_G)
     quads: list[FloatArray] = []
     for grid in lattice.grids:
         rings = lattice.ring_corners[grid.panels].reshape(grid.rows, -1, 4, 3)

@@ -35,7 +35,7 @@ def flight(trainer):
 
 
 def seen(flight, **layout):
-    found = Views(flight, topics.layout(flight, **layout), 5.0).markers()['markers']
+    found = Views(flight.model, topics.layout(flight, **layout), 5.0).markers(flight)['markers']
     assert len({marker['ns'] for marker in found}) == len(found)
     return {marker['ns']: marker for marker in found}
 
@@ -157,7 +157,7 @@ def test_frames_lifetimes_and_sizes_are_as_viewers_need_them(flight):
     assert {marker['header']['stamp']['nanosec'] for marker in found.values()} == {
         flight.snapshot.time_ns}
     # As bytes a message is small enough for five a second.
-    markers = Views(flight, topics.layout(flight), 5.0).markers()
+    markers = Views(flight.model, topics.layout(flight), 5.0).markers(flight)
     assert len(cdr.serialize(topics.MARKERS.type, markers)) < 120_000
 
 
@@ -165,12 +165,13 @@ def test_the_path_is_thinned_evenly_ends_here_and_begins_again_with_the_flight(
         trainer, monkeypatch):
     monkeypatch.setattr(views, 'PATH_POSES', 8)
     flight = fly(trainer, seconds=0.0)
-    seen = Views(flight, topics.layout(flight), 5.0)
+    seen = Views(flight.model, topics.layout(flight), 5.0)
+    seen.follow(flight)
     times = []
     for _ in range(400):
         snapshot = flight.step(flight.trim)
-        seen.follow()
-        path = seen.path()
+        seen.follow(flight)
+        path = seen.path(flight)
         times = [p['header']['stamp']['sec'] + 1e-9 * p['header']['stamp']['nanosec']
                  for p in path['poses']]
         assert len(times) <= 8 + 1
@@ -181,6 +182,6 @@ def test_the_path_is_thinned_evenly_ends_here_and_begins_again_with_the_flight(
     assert places == pytest.approx(15.0 * np.array(times), abs=0.2)
     flight.reset()
     flight.step(Controls(flight.trim.deflections, flight.trim.throttle))
-    seen.follow()
-    again = seen.path()['poses']
+    seen.follow(flight)
+    again = seen.path(flight)['poses']
     assert len(again) == 2 and again[0]['pose']['position']['y'] < 1.0

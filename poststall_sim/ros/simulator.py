@@ -96,7 +96,8 @@ class SimulatorNode(Node):
             if self._settings.decambering_enabled else 'off: attached flow')
         rates = self._settings.rates | sensors.rates
         self._instruments = sensors.instruments(self._layout)
-        self._views = Views(self._flight, self._layout, rates[Rate.VIEWS])
+        self._views = Views(self._flight.model, self._layout, rates[Rate.VIEWS])
+        self._views.follow(self._flight)
         self._schedule = topics.Schedule(rates)
 
         self._outlets = self._open_outlets({rate for rate, hz in rates.items() if hz == 0.0})
@@ -184,7 +185,7 @@ class SimulatorNode(Node):
         snapshot = self._flight.step(self._controls)
         stepped = time.perf_counter_ns()
         if snapshot is not before:
-            self._views.follow()
+            self._views.follow(self._flight)
             for topic, values in self._instruments.step(snapshot):
                 if self._heard(topic):
                     self._emit(topic, values)
@@ -228,7 +229,7 @@ class SimulatorNode(Node):
         self._shown_ns[topic] = snapshot.time_ns
         if topic.rate in (Rate.CLOCK, Rate.ONCE) or self._heard(topic):
             self._emit(topic, topic.fields(snapshot, self._layout) if topic.fields
-                       else self._views.fields(topic))
+                       else self._views.fields(topic, self._flight))
 
     def _heard(self, topic: Topic) -> int:
         return self._outlets[topic][0].get_subscription_count()
