@@ -4,10 +4,10 @@
 The one table of topics: names, types, QoS, rates, and how a snapshot fills each of them.
 
 The simulator node, the recorder without a ROS graph and the interface documentation are all
-made from `PUBLISHED` and `COMMANDS`. A topic's fields are plain: nested dicts of floats, ints,
-strings and float64 arrays, spelt as in the message definition, in ROS axes (REP-103: map is
-ENU, base_link is FLU with its origin at the centre of gravity). What a message has and the
-fields do not name stays zero. No array is ever empty: Fast-CDR pads after an empty float64
+made from `PUBLISHED`; what the simulator hears stands in `inlets`. A topic's fields are plain:
+nested dicts of floats, ints, strings and float64 arrays, spelt as in the message definition, in
+ROS axes (REP-103: map is ENU, base_link is FLU with its origin at the centre of gravity). What a
+message has and the fields do not name stays zero. No array is ever empty: Fast-CDR pads after an empty float64
 sequence, and readers that do not expect that refuse the message.
 """
 
@@ -292,7 +292,6 @@ class SolverTally:
 
 
 _LATCHED = Qos(depth=1, latched=True)
-_COMMANDS = Qos(depth=32, reliable=False)
 _ARRAY = 'std_msgs/msg/Float64MultiArray'
 _FLOAT = 'std_msgs/msg/Float64'
 
@@ -363,16 +362,6 @@ PUBLISHED: tuple[Topic, ...] = (
           _places('strip_cl_max'), _LATCHED),
     DIAGNOSTICS,
 )
-
-AUTOPILOT = Topic('autopilot/surface_cmd', 'sensor_msgs/msg/JointState', Rate.ONCE,
-                  'deflections by name [rad], throttle 0..1; those not named hold', qos=_COMMANDS)
-PILOT = Topic('pilot/surface_cmd', 'sensor_msgs/msg/JointState', Rate.ONCE,
-              'the same from the pilot, who goes before the autopilot', qos=_COMMANDS)
-SURFACES = Topic('surface_commands', _ARRAY, Rate.ONCE,
-                 'for the autopilot: values in the order of the parameter `surfaces`',
-                 qos=Qos(depth=1, reliable=False))
-
-COMMANDS: tuple[Topic, ...] = (AUTOPILOT, PILOT, SURFACES)
 
 
 class Schedule:

@@ -19,7 +19,7 @@ from std_msgs.msg import Float64MultiArray
 from poststall_sim import topics
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.frames import quaternion_from_enu_flu, swap_body_flu, swap_ned_enu
-from poststall_sim.ros import parameters
+from poststall_sim.ros import declaration, parameters
 from poststall_sim.ros.messages import (
     Refusal,
     RefusedCommand,
@@ -154,7 +154,7 @@ def declared(monkeypatch):
         heard = []
         monkeypatch.setattr(nodes[-1].get_logger().__class__, 'warning',
                             lambda self, text, **_: heard.append(text))
-        return parameters.declare(nodes[-1], parameters.SimulatorSettings), nodes[-1], heard
+        return declaration.declare(nodes[-1], parameters.SimulatorSettings), nodes[-1], heard
 
     yield declare
     for node in nodes:
