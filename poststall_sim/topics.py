@@ -7,8 +7,8 @@ The simulator node, the recorder without a ROS graph and the interface documenta
 made from `PUBLISHED`; what the simulator hears stands in `inlets`. A topic's fields are plain:
 nested dicts of floats, ints, strings and float64 arrays, spelt as in the message definition, in
 ROS axes (REP-103: map is ENU, base_link is FLU with its origin at the centre of gravity). What a
-message has and the fields do not name stays zero. No array is ever empty: Fast-CDR pads after an empty float64
-sequence, and readers that do not expect that refuse the message.
+message has and the fields do not name stays zero. No array is ever empty: Fast-CDR pads after an
+empty float64 sequence, and readers that do not expect that refuse the message.
 """
 
 import enum

@@ -12,7 +12,7 @@ pytest.importorskip('rclpy', reason='rclpy is not installed')
 
 from geometry_msgs.msg import PoseStamped, Vector3Stamped, WrenchStamped
 from instants import a_scenario
-from processes import LIMIT, Probe, Reports, Running, free_domain, nanoseconds, send_until
+from processes import LIMIT, Reports, nanoseconds, send_until
 from rcl_interfaces.srv import GetParameters
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
@@ -26,31 +26,6 @@ pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
 
 BEST_EFFORT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-
-
-@pytest.fixture
-def start(tmp_path):
-    """Start nodes in one domain; what still runs at the end is killed."""
-    domain, running = free_domain(), []
-
-    def start(module, *arguments, ros=()):
-        if ros:
-            arguments += ('--ros-args', *ros)
-        running.append(Running(
-            module, *arguments, domain=domain, log=tmp_path / f'{module}{len(running)}.log'))
-        return running[-1]
-
-    start.domain = domain
-    yield start
-    for process in running:
-        process.kill()
-
-
-@pytest.fixture
-def probe(start):
-    probe = Probe(start.domain)
-    yield probe
-    probe.close()
 
 
 def test_paused_stepped_flown_and_stopped(start, probe):
