@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='rclpy is not installed')
 
-from processes import Reports, nanoseconds
+from processes import Reports, nanoseconds, send_sparingly
 from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
@@ -86,13 +86,8 @@ def flown_by_name(probe, tape, count):
 def arrives(reports, publisher, message):
     """Send a command that must not come twice until it counts; discovery may swallow the first."""
     before = reports.number('commands', 'accepted')
-
-    def again():
-        publisher.publish(message)
-        heard = len(reports.heard)
-        reports.probe.spin_until(lambda: len(reports.heard) > heard + 2, 'diagnostics')
-        return reports.number('commands', 'accepted') > before
-    reports.probe.spin_until(again, 'a command to be accepted')
+    send_sparingly(reports, publisher, message,
+                   lambda: reports.number('commands', 'accepted') > before, 'its count')
     assert reports.number('commands', 'accepted') == before + 1
 
 

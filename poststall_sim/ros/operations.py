@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import stat
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -154,14 +153,6 @@ class Operations:
         path = Path(name)
         if path.suffix != '.npz':
             raise ConfigError(f'flight_file is {name!r}: set it to the path of a .npz file')
-        try:
-            regular = stat.S_ISREG(path.stat().st_mode)
-        except FileNotFoundError:
-            regular = True
-        except OSError as error:
-            raise ConfigError(f'{path}: {error.strerror}') from None
-        if not regular:
-            raise ConfigError(f'{path}: not a regular file')
         return path
 
     def _told(self, controls: Controls) -> FloatArray:
