@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from poststall_sim import cdr, topics
+from poststall_sim import cdr, inlets, topics
 from poststall_sim.frames import FloatArray
 from poststall_sim.state import Snapshot
 from poststall_sim.views import Views
@@ -188,7 +188,7 @@ class FlightRecorder:
             if topic is not topics.JOINT_STATES or self._layout.command_names:
                 self._write(topic, snapshot)
         if commands and any(topic.rate is topics.Rate.STATE for topic in due):
-            self._recorder.write(topics.PILOT, topics.joint_fields(
+            self._recorder.write(inlets.PILOT, topics.joint_fields(
                 snapshot.time_ns, commands), snapshot.time_ns)
         if self._reported_ns is None or snapshot.time_ns - self._reported_ns >= 1_000_000_000:
             self._report(snapshot)

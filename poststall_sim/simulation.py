@@ -251,6 +251,26 @@ class Flight:
             time_ns=self.snapshot.time_ns if time_ns is None else time_ns)
         return self.snapshot
 
+    def place(self, body: BodyState, controls: Controls, *,
+              delta0: FloatArray | None = None) -> Snapshot:
+        """
+        Go on from another body state with a fresh wake; time stays.
+
+        Raises `ConfigError`, with the flight as it was, where the loads there are not finite.
+        """
+        state, snapshot = begin(self.model, body, controls, dt_ns=self.dt_ns, wind_N=self.wind_N,
+                                delta0=delta0, time_ns=self.snapshot.time_ns)
+        if snapshot.status is Status.DIVERGED:
+            raise ConfigError('the loads in this state are not finite')
+        self.paused_reason = None
+        self.state, self.snapshot = state, snapshot
+        return snapshot
+
+    def set_time(self, time_ns: int) -> None:
+        """Call the present instant by another time [ns]; nothing else changes."""
+        self.state = replace(self.state, time_ns=time_ns)
+        self.snapshot = replace(self.snapshot, time_ns=time_ns)
+
     def saved(self) -> SavedFlight:
         """Return the flight as it is now."""
         flow = replace(self.state.flow, wake=self.state.flow.wake.alone())

@@ -4,7 +4,8 @@
 The one table of topics: names, types, QoS, rates, and how a snapshot fills each of them.
 
 The simulator node, the recorder without a ROS graph and the interface documentation are all
-made from `PUBLISHED` and `COMMANDS`; what a topic's message says is in `fields`.
+made from `PUBLISHED`; what the simulator hears stands in `inlets`, what a topic's message says in
+`fields`.
 """
 
 import enum
@@ -187,7 +188,6 @@ class SolverTally:
 
 _SENSOR = Qos(depth=5, reliable=False)
 _LATCHED = Qos(depth=1, latched=True)
-_COMMANDS = Qos(depth=32, reliable=False)
 _ARRAY = 'std_msgs/msg/Float64MultiArray'
 _FLOAT = 'std_msgs/msg/Float64'
 
@@ -300,16 +300,6 @@ PUBLISHED: tuple[Topic, ...] = (
     BAROMETER,
     DIAGNOSTICS,
 )
-
-AUTOPILOT = Topic('autopilot/surface_cmd', 'sensor_msgs/msg/JointState', Rate.ONCE,
-                  'deflections by name [rad], throttle 0..1; those not named hold', qos=_COMMANDS)
-PILOT = Topic('pilot/surface_cmd', 'sensor_msgs/msg/JointState', Rate.ONCE,
-              'the same from the pilot, who goes before the autopilot', qos=_COMMANDS)
-SURFACES = Topic('surface_commands', _ARRAY, Rate.ONCE,
-                 'for the autopilot: values in the order of the parameter `surfaces`',
-                 qos=Qos(depth=1, reliable=False))
-
-COMMANDS: tuple[Topic, ...] = (AUTOPILOT, PILOT, SURFACES)
 
 
 class Schedule:

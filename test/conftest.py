@@ -1,21 +1,20 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
-"""Nodes as processes in a ROS domain of their own, and a node here that watches them."""
+"""Nodes as processes in a domain of their own, and a probe that talks to them."""
 
 import pytest
 from processes import Probe, Running, free_domain
 
 
-@pytest.fixture
-def start(tmp_path):
-    """Start nodes in one domain; what still runs at the end is killed."""
+def _starter(folder):
+    """Yield a function that starts nodes in one domain; what still runs at the end is killed."""
     domain, running = free_domain(), []
 
     def start(module, *arguments, ros=()):
         if ros:
             arguments += ('--ros-args', *ros)
         running.append(Running(
-            module, *arguments, domain=domain, log=tmp_path / f'{module}{len(running)}.log'))
+            module, *arguments, domain=domain, log=folder / f'{module}{len(running)}.log'))
         return running[-1]
 
     start.domain = domain
@@ -25,7 +24,24 @@ def start(tmp_path):
 
 
 @pytest.fixture
+def start(tmp_path):
+    """Start nodes in one domain; what still runs at the end is killed."""
+    yield from _starter(tmp_path)
+
+
+@pytest.fixture
 def probe(start):
     probe = Probe(start.domain)
     yield probe
     probe.close()
+
+
+@pytest.fixture
+def another_graph(tmp_path):
+    """Return the same as `start` and `probe`, in a domain of their own."""
+    folder = tmp_path / 'another'
+    folder.mkdir()
+    for start in _starter(folder):
+        probe = Probe(start.domain)
+        yield start, probe
+        probe.close()

@@ -12,7 +12,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from poststall_sim import definition, jobs, recording, simulation, topics
+from poststall_sim import definition, inlets, jobs, recording, simulation, topics
 from poststall_sim.aero.model import Settings
 from poststall_sim.recording import BagError, Recorder
 from poststall_sim.scenario import Channel, Scenario
@@ -135,7 +135,7 @@ def test_commands_of_someone_who_does_not_stamp_are_placed_by_the_clock(tmp_path
         for k in range(10):
             snapshot = a_snapshot(time_ns=k * 100_000_000)
             recorder.write(STATED[0], STATED[0].fields(snapshot, a_layout()), snapshot.time_ns)
-            recorder.write(topics.PILOT, topics.joint_fields(0, {'elevator': 0.1}),
+            recorder.write(inlets.PILOT, topics.joint_fields(0, {'elevator': 0.1}),
                            snapshot.time_ns)
     series = recording.read(tmp_path / 'bag')
     assert series['/pilot/surface_cmd'].time == pytest.approx(0.1 * np.arange(10))

@@ -61,7 +61,7 @@ def test_paused_stepped_flown_and_stopped(start, probe):
     assert probe.call(Trigger, 'step').success
     probe.spin_until(lambda: nanoseconds(poses[-1].header.stamp) == 8 * dt, 'eight steps')
     reports.wait_for('pace', 'steps', '8')
-    assert reports.value('pace', 'steps_by_service') == reports.value('solver', 'steps') == '8'
+    assert reports.value('pace', 'steps_unpaced') == reports.value('solver', 'steps') == '8'
 
     # Stamps advance with wall time, but for what the reports say was lost; pausing is
     # idempotent; a flying simulator is not stepped.
@@ -80,7 +80,7 @@ def test_paused_stepped_flown_and_stopped(start, probe):
     # 0.25 s is what a busy machine may keep a message back, and lose until the report.
     assert flown + lost == pytest.approx(passed, abs=0.25e9)
     assert reports.value('pace', 'steps') == reports.value('solver', 'steps')
-    assert reports.value('pace', 'steps_by_service') == '8'
+    assert reports.value('pace', 'steps_unpaced') == '8'
     stamps = np.array([nanoseconds(pose.header.stamp) for pose in poses])
     assert (stamps % dt == 0).all()
     moving = np.diff(stamps[stamps > begin])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from instants import a_layout, a_snapshot
 
-from poststall_sim import definition, topics
+from poststall_sim import definition, inlets, topics
 from poststall_sim.aero import lattice as lattices
 from poststall_sim.state import Status
 from poststall_sim.topics import PUBLISHED, Rate, Schedule
@@ -222,7 +222,7 @@ def test_a_rate_above_the_steps_means_every_step_once():
 
 
 def test_names_are_unique_and_the_clock_is_what_time_sources_subscribe_to():
-    names = [topic.name for topic in PUBLISHED + topics.COMMANDS]
+    names = [topic.name for topic in PUBLISHED + inlets.SUBSCRIBED]
     assert len(set(names)) == len(names)
     assert topics.CLOCK in PUBLISHED and topics.DIAGNOSTICS in PUBLISHED
     assert topics.CLOCK.name == '/clock' and not topics.CLOCK.qos.reliable
