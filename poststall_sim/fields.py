@@ -25,7 +25,6 @@ Fields = dict[str, Any]
 THROTTLE = 'throttle'
 """The name under which commands and joint_states carry the throttle, 0..1."""
 
-
 NED, FRD = '_ned', '_frd'
 """What the frames of aviation are called after those of ROS."""
 
