@@ -103,7 +103,7 @@ def test_a_body_read_from_its_odom_is_the_body():
 
 @pytest.mark.parametrize(('path', 'value', 'text'), [
     ('pose.pose.position.x', math.nan, 'not finite'),
-    ('pose.pose.position.y', -2e6, 'beyond 1e+06'),
+    ('pose.pose.position.y', -2e6, r'beyond 1e\+06'),
     ('pose.pose.position.z', -0.001, 'altitude -0.001 m'),
     ('pose.pose.position.z', 20001.0, 'altitude 20001 m'),
     ('pose.pose.orientation.w', 2.0, 'it must be 1'),

@@ -23,6 +23,9 @@ PACKAGES = ('tf2_msgs', 'simulation_interfaces')
 
 INTERFACES = 'simulation_interfaces'
 
+MOST_STEPS = 1_000_000
+"""What one call may ask for, as with the parameter step_count."""
+
 _FEATURES = (
     'ENTITY_STATE_GETTING', 'ENTITY_STATE_SETTING', 'SIMULATION_RESET',
     'SIMULATION_RESET_STATE', 'SIMULATION_STATE_GETTING', 'SIMULATION_STATE_SETTING',
@@ -54,7 +57,8 @@ class SimulationInterfaces:
     Services of simulation_interfaces 1.x, each one of `operations.Operations`.
 
     Written after its definitions, without having it: it is not on PyPI. The one entity is the
-    aircraft, under the name of its file's ``name``. msg, srv : the modules of the package.
+    aircraft, under the name of its file's ``name``; a reset sets time back with reset.time only.
+    msg, srv : the modules of the package.
     """
 
     def __init__(self, node: SimulatorNode, msg: Any, srv: Any) -> None:
@@ -109,6 +113,8 @@ class SimulationInterfaces:
         return self._answered(response, self._node.operations.reset())
 
     def _step(self, request: Any, response: Any) -> Any:
+        if request.steps > MOST_STEPS:
+            return self._say(response, self._failed, f'at most {MOST_STEPS} steps at once')
         return self._answered(response, self._node.operations.step(request.steps))
 
     def _get_entity(self, request: Any, response: Any) -> Any:
