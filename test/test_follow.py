@@ -47,12 +47,16 @@ def test_two_aircraft_live_in_one_time(start, probe):
         assert probe.call(Trigger, '/left/step').success
         probe.spin_until(lambda before=before: stamp(left) == stamp(right) != before, 'one time')
         before = stamp(left)
-    # The same aircraft, trimmed alike, has flown as far since: 200 steps. Their wakes are not
+    # Also where no state is due by its rate: who waits for it would wait for ever.
+    assert probe.set_parameter('step_count', 1, node='/left/simulator').successful
+    assert probe.call(Trigger, '/left/step').success
+    probe.spin_until(lambda: stamp(right) == stamp(left) == before // 250 * 251, 'one step more')
+    # The same aircraft, trimmed alike, has flown as far since: 201 steps. Their wakes are not
     # of one age, for which a trimmed flight wanders by a millimetre.
     first = next(pose for pose in left if nanoseconds(pose.header.stamp) == before // 5)
     assert right[-1].pose.position.y == pytest.approx(
         left[-1].pose.position.y - first.pose.position.y, abs=2e-3)
-    reports.wait_for('pace', 'steps', '200')
+    reports.wait_for('pace', 'steps', '201')
     assert reports.number('pace', 'lag_s') == 0.0
     assert reports.level('pace') == reports.level('flight') == topics.Level.OK
     assert probe.node.count_publishers('/clock') == 1

@@ -57,7 +57,8 @@ class SimulationInterfaces:
     Services of simulation_interfaces 1.x, each one of `operations.Operations`.
 
     Written after its definitions, without having it: it is not on PyPI. The one entity is the
-    aircraft, under the name of its file's ``name``; a reset sets time back with reset.time only. msg, srv : the modules of the package.
+    aircraft, under the name of its file's ``name``; a reset sets time back with reset.time only.
+    msg, srv : the modules of the package.
     """
 
     def __init__(self, node: SimulatorNode, msg: Any, srv: Any) -> None:

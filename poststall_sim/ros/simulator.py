@@ -112,6 +112,7 @@ class SimulatorNode(Node):
         self._outlets = self._open_outlets({rate for rate, hz in rates.items() if hz == 0.0})
         self._listeners = dict.fromkeys(self._outlets, 0)
         self._shown_ns: dict[Topic, int] = {}
+        self._tended_ns = -1
         self.operations = Operations(self)
         self.inbox = Inbox(self)
         if self.follows:
@@ -301,6 +302,10 @@ class SimulatorNode(Node):
     def _tend(self) -> None:
         """While time stands, repeat /clock and show new subscribers the present state."""
         stands = self.paused or self.follows or self.settings.lockstep != 'off'
+        now_ns = self.flight.snapshot.time_ns
+        if self.follows and now_ns == self._tended_ns:
+            self._show()   # the clock may have stopped between two states that are due
+        self._tended_ns = now_ns
         for topic, (publisher, _) in self._outlets.items():
             before = self._listeners[topic]
             self._listeners[topic] = publisher.get_subscription_count()
