@@ -152,10 +152,13 @@ class Observer:
 
     def recorded_by(self, node_name: str) -> bool:
         """Tell whether a node subscribes to all that the simulator publishes."""
+        from poststall_sim.ros import messages
+
         return all(
             any(info.node_name == node_name
                 for info in self._node.get_subscriptions_info_by_topic(topic.name))
-            for topic in topics.PUBLISHED if topic is not topics.JOINT_STATES)
+            for topic in topics.PUBLISHED if topic.by_default
+            and topic is not topics.JOINT_STATES and messages.available(topic.type))
 
     def wait(self, what: str, done: Callable[[], bool], children: list[Child],
              limit: float) -> None:

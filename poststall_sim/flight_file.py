@@ -12,6 +12,7 @@ import dataclasses
 import enum
 import hashlib
 import os
+import stat
 import types
 import typing
 import zipfile
@@ -26,8 +27,10 @@ from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.simulation import Flight, SavedFlight
 
-FORMAT = 1
+FORMAT = 2
 """Goes up with every change of what a flight remembers: an old file is refused, not guessed."""
+GREATEST = 256 * 1024 * 1024
+"""No flight is larger, packed or not [bytes]: what is, is not read."""
 _FORMAT, _AIRCRAFT, _SETTINGS = 'format', 'aircraft', 'settings'
 
 
@@ -35,8 +38,9 @@ def save_state(flight: Flight, path: Path) -> None:
     """
     Write a flight as it is now; an older file of that name is replaced at once or not at all.
 
-    Raises `ConfigError` where the file cannot be written.
+    Raises `ConfigError` where the file cannot be written, or something else is there.
     """
+    _require_regular(path)
     arrays = dict(_arrays('', flight.saved()))
     arrays |= {_FORMAT: np.array(FORMAT), _AIRCRAFT: np.array(_fingerprint(flight.model)),
                _SETTINGS: np.array(repr(flight.model.settings))}
@@ -56,13 +60,20 @@ def load_state(model: Model, path: Path) -> Flight:
     Raises `ConfigError` where the file is not one of a flight, of another format, or was
     written with another aircraft or other settings than the model's.
     """
+    _require_regular(path)
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {key: file[key] for key in file.files}
+        with zipfile.ZipFile(path) as packed:
+            size = sum(part.file_size for part in packed.infolist())
+        arrays = {}
+        if size <= GREATEST:
+            with np.load(path, allow_pickle=False) as file:
+                arrays = {key: file[key] for key in file.files}
     except FileNotFoundError:
         raise ConfigError(f'there is no file {path}') from None
     except (OSError, ValueError, EOFError, zipfile.BadZipFile):
         raise ConfigError(f'{path}: not the state of a flight') from None
+    if size > GREATEST:
+        raise ConfigError(f'{path}: {size} bytes unpacked, more than any flight ({GREATEST})')
     if _FORMAT not in arrays:
         raise ConfigError(f'{path}: not the state of a flight')
     if arrays[_FORMAT] != FORMAT:
@@ -78,6 +89,18 @@ def load_state(model: Model, path: Path) -> Flight:
     except KeyError as error:
         raise ConfigError(f'{path}: {error.args[0]} is missing') from None
     return Flight.resumed(model, saved)
+
+
+def _require_regular(path: Path) -> None:
+    """Raise `ConfigError` for what is there and no regular file, or larger than any flight."""
+    try:
+        found = path.stat()
+    except OSError:
+        return   # what reads or writes it says why not
+    if not stat.S_ISREG(found.st_mode):
+        raise ConfigError(f'{path}: not a regular file')
+    if found.st_size > GREATEST:
+        raise ConfigError(f'{path}: {found.st_size} bytes, more than any flight ({GREATEST})')
 
 
 def _fingerprint(model: Model) -> str:

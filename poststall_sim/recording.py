@@ -16,9 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from poststall_sim import topics
+from poststall_sim import cdr, inlets, topics
 from poststall_sim.frames import FloatArray
 from poststall_sim.state import Snapshot
+from poststall_sim.views import Views
 
 try:
     from rosbags.highlevel import AnyReader, AnyReaderError
@@ -96,8 +97,9 @@ class Recorder:
         """Write plain fields as one message of a topic, stamped with simulated time [ns]."""
         name = topic.name if topic.name.startswith('/') else namespace + topic.name
         self.add_topic(name, topic.type, topic.qos)
-        data = self._typestore.serialize_cdr(self._message(topic.type, fields), topic.type)
-        self.write_raw(name, bytes(data), time_ns)
+        data = cdr.serialize(topic.type, fields) if topic.bulk else bytes(
+            self._typestore.serialize_cdr(self._message(topic.type, fields), topic.type))
+        self.write_raw(name, data, time_ns)
 
     def write_raw(self, name: str, data: bytes, time_ns: int) -> None:
         """Write the CDR bytes of one message of an announced topic."""
@@ -151,6 +153,7 @@ class FlightRecorder:
         self._recorder = Recorder(path)
         self._flight = flight
         self._layout = topics.layout(flight)
+        self._views = Views(flight.model, self._layout, topics.Rate.VIEWS.default)
         self._schedule = topics.Schedule({})
         self._tally = topics.SolverTally()
         self._reported_ns: int | None = None
@@ -179,18 +182,21 @@ class FlightRecorder:
         self._recorder.close()
 
     def _record(self, snapshot: Snapshot, commands: Mapping[str, float] | None = None) -> None:
+        self._views.follow(self._flight)
         due = self._schedule.due(snapshot.time_ns)
         for topic in due:
             if topic is not topics.JOINT_STATES or self._layout.command_names:
                 self._write(topic, snapshot)
         if commands and any(topic.rate is topics.Rate.STATE for topic in due):
-            self._recorder.write(topics.PILOT, topics.joint_fields(
+            self._recorder.write(inlets.PILOT, topics.joint_fields(
                 snapshot.time_ns, commands), snapshot.time_ns)
         if self._reported_ns is None or snapshot.time_ns - self._reported_ns >= 1_000_000_000:
             self._report(snapshot)
 
     def _write(self, topic: topics.Topic, snapshot: Snapshot) -> None:
-        self._recorder.write(topic, topic.fields(snapshot, self._layout), snapshot.time_ns)
+        values = (topic.fields(snapshot, self._layout) if topic.fields
+                  else self._views.fields(topic, self._flight))
+        self._recorder.write(topic, values, snapshot.time_ns)
 
     def _report(self, snapshot: Snapshot) -> None:
         self._reported_ns = snapshot.time_ns

@@ -101,7 +101,8 @@ def begin(model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
     state = FlightState(time_ns, body, controls, flow, load, motion, motion)
     added, rigid = _inertia(model, density)
     change = rigid_body.acceleration(body, load, **rigid)
-    return state, _snapshot(model, state, aero, push, wind_N, change, -added @ change)
+    still = Controls(np.zeros_like(controls.deflections))
+    return state, _snapshot(model, state, still, aero, push, wind_N, change, -added @ change)
 
 
 def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
@@ -144,7 +145,10 @@ def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
 
     new = FlightState(state.time_ns + dt_ns, body, controls, flow, load, motion, state.motion)
     change = rigid_body.acceleration(body, load, **rigid)
-    return new, _snapshot(model, new, aero, push, wind_N, change, added @ (rate - change))
+    moved = Controls((controls.deflections - state.controls.deflections) / dt,
+                     (controls.throttle - state.controls.throttle) / dt)
+    return new, _snapshot(model, new, moved, aero, push, wind_N, change,
+                          added @ (rate - change))
 
 
 def _inertia(model: Model, density: float) -> tuple[FloatArray, dict]:
@@ -164,8 +168,9 @@ def _thrust(model: Model, body: BodyState, controls: Controls, wind_N: FloatArra
         thrust(model.aircraft, _air_velocity(body, wind_N), controls.throttle))
 
 
-def _snapshot(model: Model, state: FlightState, aero: AeroResult, push: FloatArray,
-              wind_N: FloatArray, change: FloatArray, correction: FloatArray) -> Snapshot:
+def _snapshot(model: Model, state: FlightState, control_rates: Controls, aero: AeroResult,
+              push: FloatArray, wind_N: FloatArray, change: FloatArray,
+              correction: FloatArray) -> Snapshot:
     """
     Return what can be measured at a state.
 
@@ -182,7 +187,8 @@ def _snapshot(model: Model, state: FlightState, aero: AeroResult, push: FloatArr
         status = Status.DIVERGED
     specific = body_to_stability((aerodynamic + push)[:3], alpha) / model.aircraft.mass.mass
     return Snapshot(
-        time_ns=state.time_ns, body=body, controls=state.controls, velocity_air_B=air_B,
+        time_ns=state.time_ns, body=body, controls=state.controls,
+        control_rates=control_rates, velocity_air_B=air_B,
         airspeed=airspeed, alpha=alpha, beta=beta,
         acceleration_B=change[:3] + cross(body.rates_B, body.velocity_B),
         rate_change_B=change[3:], load_factor=-float(specific[2]) / GRAVITY,
@@ -244,6 +250,26 @@ class Flight:
             delta0=self._delta0,
             time_ns=self.snapshot.time_ns if time_ns is None else time_ns)
         return self.snapshot
+
+    def place(self, body: BodyState, controls: Controls, *,
+              delta0: FloatArray | None = None) -> Snapshot:
+        """
+        Go on from another body state with a fresh wake; time stays.
+
+        Raises `ConfigError`, with the flight as it was, where the loads there are not finite.
+        """
+        state, snapshot = begin(self.model, body, controls, dt_ns=self.dt_ns, wind_N=self.wind_N,
+                                delta0=delta0, time_ns=self.snapshot.time_ns)
+        if snapshot.status is Status.DIVERGED:
+            raise ConfigError('the loads in this state are not finite')
+        self.paused_reason = None
+        self.state, self.snapshot = state, snapshot
+        return snapshot
+
+    def set_time(self, time_ns: int) -> None:
+        """Call the present instant by another time [ns]; nothing else changes."""
+        self.state = replace(self.state, time_ns=time_ns)
+        self.snapshot = replace(self.snapshot, time_ns=time_ns)
 
     def saved(self) -> SavedFlight:
         """Return the flight as it is now."""

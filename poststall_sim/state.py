@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from poststall_sim.aircraft import read_only
-from poststall_sim.frames import FloatArray
+from poststall_sim.frames import GRAVITY, FloatArray, rotation
 
 
 class Status(enum.Enum):
@@ -84,6 +84,7 @@ class Snapshot:
     """
     One instant of a flight, everything that can be shown or published.
 
+    control_rates : how fast the controls went there in the step before [rad/s; throttle 1/s];
     force_B, moment_B : aerodynamic, about the centre of gravity, added mass included [N, N m];
     thrust_B, thrust_moment_B : of the engines; velocity_air_B : through the air [m/s];
     acceleration_B : d(velocity)/dt seen from N, in B, gravity included [m/s^2];
@@ -95,6 +96,7 @@ class Snapshot:
     time_ns: int
     body: BodyState
     controls: Controls
+    control_rates: Controls
     velocity_air_B: FloatArray
     airspeed: float
     alpha: float
@@ -117,3 +119,8 @@ class Snapshot:
     def time(self) -> float:
         """Simulated time [s]."""
         return self.time_ns * 1e-9
+
+    @property
+    def specific_force_B(self) -> FloatArray:
+        """What an accelerometer at the centre of gravity feels (3,): all but gravity [m/s^2]."""
+        return self.acceleration_B - GRAVITY * rotation(self.body.q_NB)[2]

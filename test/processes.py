@@ -152,7 +152,13 @@ class Reports:
 
         self.probe = probe
         self.node = node
-        self.heard = probe.collect(DiagnosticArray, '/diagnostics')
+        self.heard = []
+        probe.node.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 10)
+
+    def _hear(self, message):
+        """Keep what is this node's: others report on the same topic."""
+        if any(status.name.startswith(f'{self.node}: ') for status in message.status):
+            self.heard.append(message)
 
     def _status(self, name):
         self.probe.spin_until(lambda: self.heard, 'diagnostics')
@@ -172,3 +178,14 @@ class Reports:
 
     def wait_for(self, name, key, value):
         self.probe.spin_until(lambda: self.value(name, key) == value, f'{name} {key} {value}')
+
+
+def send_sparingly(reports, publisher, message, done, what):
+    """Send what must not come twice: again only after three reports on nothing having happened."""
+    def again():
+        publisher.publish(message)
+        heard = len(reports.heard)
+        reports.probe.spin_until(
+            lambda: done() or len(reports.heard) > heard + 3, f'{what}, or diagnostics')
+        return done()
+    return reports.probe.spin_until(again, what)

@@ -5,7 +5,14 @@
 import numpy as np
 import pytest
 
-from poststall_sim.ros.commands import CommandDesk, OnTimeout, Source
+from poststall_sim.ros.commands import (
+    CommandDesk,
+    OnTimeout,
+    Refusal,
+    RefusedCommand,
+    Source,
+    Turns,
+)
 
 TRIM = np.array([0.0, -0.05, 0.4])
 SECOND = 1_000_000_000
@@ -17,9 +24,9 @@ def desk():
                        ((-0.3, 0.3), (-0.5, 0.35), (0.0, 1.0)), TRIM)
 
 
-def told(desk, time_s, allowed='auto', on_timeout=OnTimeout.HOLD):
+def told(desk, time_s, allowed='auto', on_timeout=OnTimeout.HOLD, deadband=0.0):
     return desk.choose(round(time_s * SECOND), allowed=allowed, timeout=0.5,
-                       on_timeout=on_timeout).tolist()
+                       on_timeout=on_timeout, deadband=deadband).tolist()
 
 
 def test_without_a_command_the_controls_stay_at_trim(desk):
@@ -82,3 +89,72 @@ def test_reset_forgets(desk):
     told(desk, 0.0)
     desk.reset(SECOND)
     assert told(desk, 1.0) == TRIM.tolist()
+
+
+def test_the_sum_is_trim_and_what_both_add_to_it_within_the_limits(desk):
+    desk.receive(Source.PILOT, {'elevator': -0.15, 'aileron': 0.2}, 0)
+    desk.receive(Source.AUTOPILOT, {'elevator': 0.05, 'aileron': 0.2, 'throttle': 0.6}, 0)
+    # elevator: -0.05 - 0.1 + 0.1; aileron: 0.4 cut to 0.3; the throttle is the autopilot's.
+    assert told(desk, 0.0, 'sum') == pytest.approx([0.3, -0.05, 0.6])
+    assert desk.source is Source.SUM and desk.age(SECOND // 4) == pytest.approx(0.25)
+    desk.receive(Source.AUTOPILOT, {'elevator': 0.05}, SECOND)
+    assert told(desk, 1.0, 'sum')[1] == pytest.approx(0.05)   # the pilot is no longer heard
+    desk.engaged = False
+    assert told(desk, 1.0, 'sum')[1] == pytest.approx(0.05)   # held
+    assert told(desk, 2.0, 'sum', OnTimeout.TRIM) == TRIM.tolist()
+
+
+def test_a_pilot_at_rest_leaves_the_controls_to_an_autopilot_who_is_there(desk):
+    rest = {'aileron': 0.004, 'elevator': TRIM[1] - 0.009, 'throttle': 0.9}
+    desk.receive(Source.PILOT, rest, 0)
+    assert told(desk, 0.0, deadband=0.01)[1] == rest['elevator']   # nobody else is there
+    assert desk.source is Source.PILOT
+    desk.receive(Source.AUTOPILOT, {'elevator': -0.2}, 0)
+    assert told(desk, 0.0, deadband=0.01)[1] == -0.2 and desk.source is Source.AUTOPILOT
+    assert told(desk, 0.0, deadband=0.0)[1] == rest['elevator']    # a deadband of 0 is none
+    desk.receive(Source.PILOT, {'aileron': 0.011}, 0)
+    assert told(desk, 0.0, deadband=0.01)[0] == 0.011 and desk.source is Source.PILOT
+
+
+def test_an_autopilot_that_is_not_engaged_is_not_heard(desk):
+    desk.receive(Source.AUTOPILOT, {'elevator': -0.2}, 0)
+    desk.engaged = False
+    assert told(desk, 0.0) == told(desk, 0.0, 'autopilot') == TRIM.tolist()
+    desk.engaged = True
+    assert told(desk, 0.0)[1] == -0.2
+
+
+def refusal(desk, stamp_s, time_s, source=Source.PILOT):
+    try:
+        desk.admit(source, round(stamp_s * SECOND), round(time_s * SECOND), timeout=0.5)
+    except RefusedCommand as error:
+        return error.refusal
+    return None
+
+
+def test_stale_and_out_of_order_commands_are_refused(desk):
+    assert refusal(desk, 10.0, 10.5) is None
+    assert refusal(desk, 10.0, 10.501) is Refusal.STALE
+    assert refusal(desk, 10.3, 10.4) is refusal(desk, 10.3, 10.4) is None
+    assert refusal(desk, 10.2, 10.4) is Refusal.OUT_OF_ORDER
+    assert refusal(desk, 10.2, 10.4, Source.AUTOPILOT) is None     # each source by itself
+    assert refusal(desk, 0.0, 10.4) is None                        # says nothing
+    # Wall time says nothing of the flight's, but of its own order; and stands in nobody's way.
+    assert refusal(desk, 1.7e9, 10.4) is None
+    assert refusal(desk, 1.7e9 - 1.0, 10.4) is Refusal.OUT_OF_ORDER
+    assert refusal(desk, 10.35, 10.4) is None
+    desk.reset(0)
+    assert refusal(desk, 0.1, 0.1) is None
+
+
+def test_each_command_of_a_lock_step_has_one_turn():
+    turns = Turns()
+    assert turns.is_new(0, 0)
+    turns.take(0)
+    assert not turns.is_new(0, 0)           # sent again before the step was taken
+    assert not turns.is_new(0, 6_000_000)   # and after
+    assert turns.is_new(6_000_000, 6_000_000)
+    assert turns.is_new(1_700_000_000 * SECOND, 6_000_000)   # a client in wall time
+    assert turns.repeated == 2
+    turns.take(None)
+    assert turns.is_new(0, 0)               # time went back to 0

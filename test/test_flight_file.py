@@ -5,6 +5,7 @@
 import dataclasses
 import json
 import math
+import os
 
 import numpy as np
 import pytest
@@ -117,6 +118,26 @@ def test_wrong_files_are_refused_in_one_line(flown, tmp_path):
         aircraft, mass=dataclasses.replace(aircraft.mass, mass=1.01 * aircraft.mass.mass))
     refused('another aircraft', models.build(heavier, flown.model.settings))
     refused('chordwise=4.*not .*chordwise=3', models.build(aircraft, Settings(chordwise=3)))
+
+
+def test_what_is_no_regular_file_or_too_large_is_not_opened(flown, tmp_path, monkeypatch):
+    """A pipe would block whoever opens it; a small file may unpack to more than there is."""
+    pipe, large = tmp_path / 'pipe.npz', tmp_path / 'large.npz'
+    os.mkfifo(pipe)
+    with open(large, 'wb') as file:
+        file.truncate(flight_file.GREATEST + 1)   # sparse
+    for path, message in ((pipe, 'not a regular file'), (tmp_path, 'not a regular file'),
+                          (large, f'{flight_file.GREATEST + 1} bytes, more than any flight')):
+        with pytest.raises(ConfigError, match=message):
+            flight_file.load_state(flown.model, path)
+        if path is not large:
+            with pytest.raises(ConfigError, match=message):
+                flight_file.save_state(flown, path)
+    monkeypatch.setattr(flight_file, 'GREATEST', 100_000)
+    np.savez_compressed(large, format=np.zeros(100_000))
+    assert large.stat().st_size < 10_000
+    with pytest.raises(ConfigError, match='bytes unpacked, more than any flight'):
+        flight_file.load_state(flown.model, large)
 
 
 def test_command_saves_and_resumes(tmp_path, capsys):

@@ -19,18 +19,23 @@ from std_msgs.msg import Float64MultiArray
 from poststall_sim import topics
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.frames import quaternion_from_enu_flu, swap_body_flu, swap_ned_enu
-from poststall_sim.ros import parameters
+from poststall_sim.ros import declaration, parameters
 from poststall_sim.ros.messages import (
     Refusal,
     RefusedCommand,
+    RefusedState,
+    available,
+    body_from_odometry,
     commands_from_array,
     commands_from_joint_state,
     fill,
     message,
     message_class,
+    wind_from_vector,
 )
+from poststall_sim.ros.sensor_settings import SensorSettings
 
-PUBLISHED = [topic for topic in topics.PUBLISHED if topic.fields]
+PUBLISHED = [topic for topic in topics.PUBLISHED if topic.fields and available(topic.type)]
 
 
 def _assert_holds(found, fields):
@@ -67,7 +72,7 @@ def test_a_kept_message_refilled_is_as_good_as_a_new_one(topic):
     kept = message(topic.type, topic.fields(a_snapshot(), a_layout()))
     later = a_snapshot(euler_deg=(-40, 70, 200), time_ns=7_000_000_123, alpha=-0.3,
                        strips=4, force_B=np.array([1.0, 2.0, 3.0]))
-    fields = topic.fields(later, a_layout(strip_y=np.arange(4.0)))
+    fields = topic.fields(later, a_layout(strip_place=np.arange(12.0).reshape(4, 3)))
     assert fill(kept, fields) == message(topic.type, fields)
 
 
@@ -83,12 +88,58 @@ def test_diagnostics_keep_level_and_values():
     assert found.status[0].values[0].key == 'k' and found.status[0].values[0].value == '1.5'
 
 
+def an_odom(snapshot):
+    return message('nav_msgs/msg/Odometry', next(
+        t for t in PUBLISHED if t.name == 'odom').fields(snapshot, a_layout()))
+
+
+def test_a_body_read_from_its_odom_is_the_body():
+    for euler_deg in ((0, 0, 0), (170, -80, 300), (5, 89.9, 10), (-90, 45, -120)):
+        body = a_snapshot(euler_deg=euler_deg).body
+        found = body_from_odometry(an_odom(a_snapshot(euler_deg=euler_deg)), map_frame='map',
+                                   base_frame='base_link')
+        for key in ('position_N', 'velocity_B', 'rates_B'):
+            assert getattr(found, key) == pytest.approx(getattr(body, key), abs=1e-12)
+        assert abs(found.q_NB @ body.q_NB) == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(('path', 'value', 'text'), [
+    ('pose.pose.position.x', math.nan, 'not finite'),
+    ('pose.pose.position.y', -2e6, r'beyond 1e\+06'),
+    ('pose.pose.position.z', -0.001, 'altitude -0.001 m'),
+    ('pose.pose.position.z', 20001.0, 'altitude 20001 m'),
+    ('pose.pose.orientation.w', 2.0, 'it must be 1'),
+    ('pose.pose.orientation.x', math.nan, 'it must be 1'),
+    ('twist.twist.linear.z', math.inf, 'velocity .* not finite'),
+    ('twist.twist.linear.x', 401.0, 'velocity .* beyond 400'),
+    ('twist.twist.angular.x', 101.0, 'angular velocity .* beyond 100'),
+    ('header.frame_id', 'odom', "frame_id is 'odom', it must be 'map' or empty"),
+    ('child_frame_id', 'map', "child_frame_id is 'map', it must be 'base_link' or empty"),
+])
+def test_a_state_that_cannot_be_is_refused_with_its_reason(path, value, text):
+    odom = an_odom(a_snapshot())
+    *parts, last = path.split('.')
+    owner = odom
+    for part in parts:
+        owner = getattr(owner, part)
+    setattr(owner, last, value)
+    with pytest.raises(RefusedState, match=text):
+        body_from_odometry(odom, map_frame='map', base_frame='base_link')
+
+
+def test_a_wind_is_where_it_blows_to_in_map_or_no_frame():
+    for frame in ('', 'world'):
+        found = message('geometry_msgs/msg/Vector3Stamped', {
+            'header': {'frame_id': frame}, 'vector': {'x': 1.0, 'y': 2.0, 'z': 3.0}})
+        assert wind_from_vector(found, map_frame='world').tolist() == [2.0, 1.0, -3.0]
+    with pytest.raises(RefusedState, match='frame_id'):
+        wind_from_vector(found, map_frame='map')
+
+
 def test_a_state_survives_the_way_to_ros_and_back():
     for euler_deg in ((0, 0, 0), (170, -80, 300), (5, 89.9, 10), (-90, 45, -120)):
         snapshot = a_snapshot(euler_deg=euler_deg)
-        layout = a_layout()
-        odom = message('nav_msgs/msg/Odometry', next(
-            t for t in PUBLISHED if t.name == 'odom').fields(snapshot, layout))
+        odom = an_odom(snapshot)
         p, q = odom.pose.pose.position, odom.pose.pose.orientation
         v = odom.twist.twist.linear
         assert swap_ned_enu(np.array([p.x, p.y, p.z])) == pytest.approx(snapshot.body.position_N)
@@ -154,7 +205,7 @@ def declared(monkeypatch):
         heard = []
         monkeypatch.setattr(nodes[-1].get_logger().__class__, 'warning',
                             lambda self, text, **_: heard.append(text))
-        return parameters.declare(nodes[-1], parameters.SimulatorSettings), nodes[-1], heard
+        return declaration.declare(nodes[-1], parameters.SimulatorSettings), nodes[-1], heard
 
     yield declare
     for node in nodes:
@@ -195,6 +246,7 @@ def test_whole_numbers_are_real_ones_where_those_are_wanted(declared):
 @pytest.mark.ros
 def test_defaults_of_rates_are_those_of_the_table(declared):
     _, node, _ = declared()
+    declaration.declare(node, SensorSettings)
     for rate in topics.Rate:
         if rate.parameter:
             assert node.get_parameter(rate.parameter).value == rate.default

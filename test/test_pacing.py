@@ -4,7 +4,7 @@
 
 import pytest
 
-from poststall_sim.ros.pacing import Pacer
+from poststall_sim.ros.pacing import Follower, Pacer
 
 MS = 1_000_000
 
@@ -89,3 +89,20 @@ def test_steps_that_were_due_and_not_taken_do_not_count():
     assert wake(p, 1000 * MS) == 0
     assert wake(p, 1005 * MS) == 1
     assert (p.steps, p.late, p.lost_ns) == (3, 2, 0)
+
+
+def test_a_follower_takes_on_the_clock_and_then_every_step_up_to_it():
+    follower = Follower(7, max_steps=4)
+    assert follower.joined(0) == 0 and follower.due(0) == 0     # there is no clock yet
+    assert not follower.heard(100)
+    assert follower.joined(0) == 98 and follower.due(98) == 0   # whole steps
+    assert follower.joined(98) == 98
+    follower.heard(98 + 3 * 7 + 6)
+    assert follower.due(98) == 3 and follower.lag_ns(98) == 27
+    follower.heard(98 + 50 * 7)
+    assert follower.due(98) == 4                                # the others at the next look
+    assert follower.lost_ns == 0
+    follower.stop()                                             # a pause is not caught up with
+    assert follower.joined(98) == 98 + 50 * 7 and follower.lost_ns == 50 * 7
+    assert follower.heard(70) and follower.whole_ns == 70 and follower.jumps_back == 1
+    assert follower.due(98) == 0

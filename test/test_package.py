@@ -199,7 +199,8 @@ def test_launch_file_offers_its_arguments():
     pytest.importorskip('launch_ros', reason='launch comes with ROS 2, pip has it not')
     module = runpy.run_path(ROOT / 'launch/sim.launch.py')
     arguments = module['generate_launch_description']().get_launch_arguments()
-    assert [each.name for each in arguments] == ['aircraft', 'real_time_factor', 'scenario']
+    assert [each.name for each in arguments] == [
+        'aircraft', 'real_time_factor', 'scenario', 'rviz']
 
 
 def test_every_file_names_its_licence():

@@ -16,8 +16,8 @@ from matplotlib.image import imread  # noqa: E402
 from rosbags.rosbag2 import StoragePlugin, Writer  # noqa: E402
 from rosbags.typesys import Stores, get_typestore  # noqa: E402
 
-from poststall_sim import cli, definition, plots  # noqa: E402
-from poststall_sim.plots import modes, silhouette, style, trajectory  # noqa: E402
+from poststall_sim import cli, definition, plots, silhouette  # noqa: E402
+from poststall_sim.plots import modes, style, trajectory  # noqa: E402
 from poststall_sim.plots.bag import extremes, flight_data  # noqa: E402
 from poststall_sim.recording import BagError  # noqa: E402
 

@@ -6,7 +6,7 @@ import re
 import shlex
 from pathlib import Path
 
-from poststall_sim import options, topics
+from poststall_sim import inlets, options, topics
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
@@ -22,7 +22,7 @@ def test_every_topic_stands_in_the_readme_with_its_type_rate_and_meaning():
 
 
 def test_every_command_topic_stands_in_the_readme():
-    for topic in topics.COMMANDS:
+    for topic in inlets.SUBSCRIBED:
         assert f'`{topic.name}`' in README
 
 

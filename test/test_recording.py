@@ -12,7 +12,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from poststall_sim import definition, jobs, recording, simulation, topics
+from poststall_sim import definition, inlets, jobs, recording, simulation, topics
 from poststall_sim.aero.model import Settings
 from poststall_sim.recording import BagError, Recorder
 from poststall_sim.scenario import Channel, Scenario
@@ -73,14 +73,15 @@ def test_bytes_from_dds_are_written_as_they_came(tmp_path):
     pytest.importorskip('rclpy', reason='rclpy is not installed')
     from rclpy.serialization import serialize_message
 
-    from poststall_sim.ros.messages import message
+    from poststall_sim.ros.messages import available, message
+    stated = [topic for topic in STATED if available(topic.type)]
     with Recorder(tmp_path / 'bag') as recorder:
-        for topic in STATED:
+        for topic in stated:
             data = serialize_message(message(topic.type, topic.fields(a_snapshot(), a_layout())))
             recorder.add_topic('/' + topic.name.lstrip('/'), topic.type, topic.qos)
             recorder.write_raw('/' + topic.name.lstrip('/'), data, 1_500_000_000)
     series = recording.read(tmp_path / 'bag')
-    assert len(series) == len(STATED)
+    assert len(series) == len(stated)
     assert all(len(found) == 1 and found.skipped == 0 for found in series.values())
     assert series['/wrench']['wrench.force.z'] == [90.0]
     assert series['/strip_alpha']['data'].tolist() == [pytest.approx([0.1, 0.2, 0.3, 0.4])]
@@ -134,7 +135,7 @@ def test_commands_of_someone_who_does_not_stamp_are_placed_by_the_clock(tmp_path
         for k in range(10):
             snapshot = a_snapshot(time_ns=k * 100_000_000)
             recorder.write(STATED[0], STATED[0].fields(snapshot, a_layout()), snapshot.time_ns)
-            recorder.write(topics.PILOT, topics.joint_fields(0, {'elevator': 0.1}),
+            recorder.write(inlets.PILOT, topics.joint_fields(0, {'elevator': 0.1}),
                            snapshot.time_ns)
     series = recording.read(tmp_path / 'bag')
     assert series['/pilot/surface_cmd'].time == pytest.approx(0.1 * np.arange(10))
@@ -187,13 +188,23 @@ def test_a_flight_without_ros_gives_the_bag_that_the_node_would(tmp_path, flight
         for _ in jobs.fly(flight, scenario, 1.0, recorder):
             pass
     series = recording.read(tmp_path / 'bag')
-    expected = {'/' + topic.name.lstrip('/') for topic in topics.PUBLISHED}
+    expected = {'/' + topic.name.lstrip('/') for topic in topics.PUBLISHED if topic.by_default}
     assert set(series) == expected | {'/pilot/surface_cmd'}
     # Rates are met on average, so that the ends may add or lack one.
     assert len(series['/pose']) == pytest.approx(50, abs=1)
     assert len(series['/strip_cl']) == pytest.approx(20, abs=1)
     assert len(series['/strip_y']) == len(series['/strip_chord']) == 1
     assert series['/pose'].time[-1] == pytest.approx(flight.snapshot.time, abs=0.02)
+    # Views: every marker in every message, the path ever longer, the transform as the pose.
+    assert len(series['/markers']) == len(series['/strips']) == pytest.approx(5, abs=1)
+    for message in series['/markers']['markers']:
+        assert {marker.ns for marker in message} == {'body', 'strips', 'lift', 'wake', 'controls'}
+    lengths = [len(poses) for poses in series['/path']['poses']]
+    assert lengths[0] == 2 and lengths[-1] >= 10
+    assert len(series['/tf']) == pytest.approx(50, abs=1) and len(series['/tf_static']) == 1
+    assert series['/tf']['transforms'][-1][0].transform.translation.z == (
+        series['/pose']['pose.position.z'][-1])
+    assert series['/imu']['linear_acceleration.z'][0] == pytest.approx(9.8, abs=0.1)
     trim = flight.trim.deflections[flight.model.aircraft.control_names.index('elevator')]
     elevator = series['/joint_states'].by_name()['elevator']
     assert elevator[0] == pytest.approx(trim) and elevator[-1] == pytest.approx(trim - 0.1)

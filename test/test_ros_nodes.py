@@ -12,7 +12,7 @@ pytest.importorskip('rclpy', reason='rclpy is not installed')
 
 from geometry_msgs.msg import PoseStamped, Vector3Stamped, WrenchStamped
 from instants import a_scenario
-from processes import LIMIT, Probe, Reports, Running, free_domain, nanoseconds, send_until
+from processes import LIMIT, Reports, nanoseconds, send_until
 from rcl_interfaces.srv import GetParameters
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
@@ -21,36 +21,12 @@ from std_msgs.msg import Float64, Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
 
 from poststall_sim import recording, topics
+from poststall_sim.ros.messages import available
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
 
 BEST_EFFORT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-
-
-@pytest.fixture
-def start(tmp_path):
-    """Start nodes in one domain; what still runs at the end is killed."""
-    domain, running = free_domain(), []
-
-    def start(module, *arguments, ros=()):
-        if ros:
-            arguments += ('--ros-args', *ros)
-        running.append(Running(
-            module, *arguments, domain=domain, log=tmp_path / f'{module}{len(running)}.log'))
-        return running[-1]
-
-    start.domain = domain
-    yield start
-    for process in running:
-        process.kill()
-
-
-@pytest.fixture
-def probe(start):
-    probe = Probe(start.domain)
-    yield probe
-    probe.close()
 
 
 def test_paused_stepped_flown_and_stopped(start, probe):
@@ -85,7 +61,7 @@ def test_paused_stepped_flown_and_stopped(start, probe):
     assert probe.call(Trigger, 'step').success
     probe.spin_until(lambda: nanoseconds(poses[-1].header.stamp) == 8 * dt, 'eight steps')
     reports.wait_for('pace', 'steps', '8')
-    assert reports.value('pace', 'steps_by_service') == reports.value('solver', 'steps') == '8'
+    assert reports.value('pace', 'steps_unpaced') == reports.value('solver', 'steps') == '8'
 
     # Stamps advance with wall time, but for what the reports say was lost; pausing is
     # idempotent; a flying simulator is not stepped.
@@ -104,7 +80,7 @@ def test_paused_stepped_flown_and_stopped(start, probe):
     # 0.25 s is what a busy machine may keep a message back, and lose until the report.
     assert flown + lost == pytest.approx(passed, abs=0.25e9)
     assert reports.value('pace', 'steps') == reports.value('solver', 'steps')
-    assert reports.value('pace', 'steps_by_service') == '8'
+    assert reports.value('pace', 'steps_unpaced') == '8'
     stamps = np.array([nanoseconds(pose.header.stamp) for pose in poses])
     assert (stamps % dt == 0).all()
     moving = np.diff(stamps[stamps > begin])
@@ -364,7 +340,8 @@ def test_pilot_and_recorder_make_a_bag_of_a_scenario(start, tmp_path):
     again = start('recorder', '--output', str(tmp_path / 'bag'))
 
     series = recording.read(tmp_path / 'bag')
-    published = {'/' + topic.name.lstrip('/') for topic in topics.PUBLISHED}
+    published = {'/' + topic.name.lstrip('/') for topic in topics.PUBLISHED
+                 if topic.by_default and available(topic.type)}
     assert published | {'/pilot/surface_cmd'} <= set(series)
     assert not any(found.skipped for found in series.values())
     pose, commands = series['/pose'], series['/pilot/surface_cmd']

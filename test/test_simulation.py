@@ -168,6 +168,26 @@ def test_reset_is_the_first_state_again_while_time_goes_on(level):
 
 # --- trim, symmetry, signs
 
+def test_a_flight_put_elsewhere_is_one_that_began_there(level):
+    """Whatever it did before; what cannot be computed leaves it as it was."""
+    flight = simulation.Flight(level.model, first_body(level), level.trim, dt_ns=DT_NS)
+    there = first_body(level, rates_B=np.array([0.2, -0.1, 0.05]))
+    fresh = simulation.Flight(level.model, there, level.trim, dt_ns=DT_NS)
+    for _ in range(10):
+        flight.step(Controls(np.array([0.1, -0.2, 0.0]), 1.0))
+    flight.paused_reason = 'ground contact, tested'
+    flight.place(there, level.trim)
+    assert flight.paused_reason is None and flight.snapshot.time_ns == 10 * DT_NS
+    flight.set_time(fresh.snapshot.time_ns)
+    before = flight.snapshot
+    with pytest.raises(ConfigError, match='not finite'):
+        flight.place(first_body(level, velocity_B=np.full(3, np.inf)), level.trim)
+    assert flight.snapshot is before
+    for _ in range(5):
+        assert np.array_equal(everything(flight.step(level.trim)),
+                              everything(fresh.step(level.trim)))
+
+
 def test_a_trimmed_flight_stays_on_trim(level):
     snapshots = fly(level.model, first_body(level), held(level.trim), 10.0,
                     delta0=level._delta0)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from instants import a_layout, a_snapshot
 
-from poststall_sim import definition, topics
+from poststall_sim import definition, inlets, topics
 from poststall_sim.aero import lattice as lattices
 from poststall_sim.state import Status
 from poststall_sim.topics import PUBLISHED, Rate, Schedule
@@ -59,6 +59,84 @@ def test_lift_points_up_and_a_nose_up_moment_is_negative_about_left():
     assert accel['linear'] == pytest.approx({'x': 0.4, 'y': -0.5, 'z': -0.6})
 
 
+def test_at_rest_on_its_back_an_accelerometer_feels_gravity_downwards():
+    """Specific force is acceleration less gravity: +g along body z-up when level, -g inverted."""
+    for roll, up in ((0.0, 1.0), (180.0, -1.0)):
+        still = a_snapshot(euler_deg=(roll, 0, 30), acceleration_B=np.zeros(3))
+        felt = fields('imu', still)
+        assert felt['linear_acceleration'] == pytest.approx(
+            {'x': 0.0, 'y': 0.0, 'z': up * 9.80665}, abs=1e-12)
+        assert felt['orientation'] == fields('pose', still)['pose']['orientation']
+        assert felt['angular_velocity'] == fields('twist', still)['twist']['angular']
+    nose_up = a_snapshot(euler_deg=(0, 90, 0), acceleration_B=np.array([1.0, 0.0, 0.0]))
+    assert fields('imu', nose_up)['linear_acceleration']['x'] == pytest.approx(10.80665)
+
+
+def test_the_cloud_holds_each_strip_at_its_place():
+    cloud = fields('strips')
+    names = [field['name'] for field in cloud['fields']]
+    assert [field['offset'] for field in cloud['fields']] == [4 * i for i in range(len(names))]
+    assert cloud['row_step'] == cloud['width'] * cloud['point_step'] == len(cloud['data'])
+    rows = cloud['data'].view('<f4').reshape(cloud['width'], -1)
+    found = dict(zip(names, rows.T))
+    layout, strips = a_layout(), a_snapshot().strips
+    assert np.column_stack([found['x'], found['y'], found['z']]) == pytest.approx(
+        layout.strip_place, rel=1e-6)
+    for name, values in (('cl', strips.cl), ('cd', strips.cd), ('cm', strips.cm),
+                         ('alpha', strips.alpha), ('decambering', strips.delta),
+                         ('stalled', strips.stalled)):
+        assert found[name] == pytest.approx(values.astype(float), rel=1e-6), name
+
+
+def _turned(transform, vector):
+    """Return a vector of the child frame in the parent frame, by Rodrigues' formula."""
+    q = transform['rotation']
+    axis, w = np.array([q[key] for key in 'xyz']), q['w']
+    return vector + 2.0 * np.cross(axis, np.cross(axis, vector) + w * vector)
+
+
+def test_transforms_turn_aviation_into_ros():
+    """The pose is that of base_link; north-east-down and forward-right-down by their axes."""
+    snapshot = a_snapshot(euler_deg=(10, 20, 30))
+    moving = fields('/tf', snapshot)['transforms'][0]
+    assert (moving['header']['frame_id'], moving['child_frame_id']) == ('map', 'base_link')
+    pose = fields('pose', snapshot)['pose']
+    assert moving['transform'] == {'translation': pose['position'],
+                                   'rotation': pose['orientation']}
+    ned, frd = (each for each in fields('/tf_static')['transforms'])
+    assert (ned['header']['frame_id'], ned['child_frame_id']) == ('map', 'map_ned')
+    assert (frd['header']['frame_id'], frd['child_frame_id']) == ('base_link', 'base_link_frd')
+    north_east_down = np.eye(3)
+    assert np.array([_turned(ned['transform'], v) for v in north_east_down]) == pytest.approx(
+        np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]), abs=1e-12)
+    assert np.array([_turned(frd['transform'], v) for v in np.eye(3)]) == pytest.approx(
+        np.diag([1.0, -1.0, -1.0]), abs=1e-12)
+
+
+def test_the_axes_of_aviation_say_the_same_through_the_static_transforms():
+    snapshot = a_snapshot(euler_deg=(10, 20, 30))
+    ned, frd = (each['transform'] for each in fields('/tf_static')['transforms'])
+    odom, plain = fields('odom_ned', snapshot), fields('odom', snapshot)
+    assert (odom['header']['frame_id'], odom['child_frame_id']) == ('map_ned', 'base_link_frd')
+
+    def xyz(value):
+        return np.array([value[key] for key in 'xyz'])
+
+    assert _turned(ned, xyz(odom['pose']['pose']['position'])) == pytest.approx(
+        xyz(plain['pose']['pose']['position']))
+    for part in ('linear', 'angular'):
+        assert _turned(frd, xyz(odom['twist']['twist'][part])) == pytest.approx(
+            xyz(plain['twist']['twist'][part]))
+    # A body vector reaches map by both ways.
+    forward = _turned(frd, np.array([1.0, 2.0, 3.0]))
+    by_ros = _turned({'rotation': plain['pose']['pose']['orientation']}, forward)
+    by_ned = _turned(ned, _turned({'rotation': odom['pose']['pose']['orientation']},
+                                  np.array([1.0, 2.0, 3.0])))
+    assert by_ros == pytest.approx(by_ned)
+    force = fields('wrench_frd')['wrench']['force']
+    assert force == pytest.approx({'x': -5.0, 'y': 0.25, 'z': -90.0})
+
+
 def test_wind_is_where_it_blows_to():
     """A wind_N towards north is +y in ENU."""
     assert fields('wind/applied')['vector'] == pytest.approx({'x': 0.0, 'y': 5.0, 'z': 0.0})
@@ -81,7 +159,8 @@ def test_joint_states_hold_every_control_and_the_throttle_in_arrays_of_one_lengt
     joints = fields('joint_states')
     assert joints['name'] == ['aileron', 'elevator', 'rudder', 'throttle']
     assert joints['position'] == pytest.approx([0.01, -0.05, 0.02, 0.4])
-    assert len(joints['velocity']) == len(joints['effort']) == 4
+    assert joints['velocity'] == pytest.approx([0.1, 0.2, -0.3, 0.5])
+    assert joints['effort'].tolist() == [0.0] * 4
     glider = fields('joint_states', layout=a_layout(engines=False))
     assert glider['name'] == ['aileron', 'elevator', 'rudder']
 
@@ -101,11 +180,11 @@ def _leaves(value):
 def test_no_field_is_empty_and_every_number_is_builtin_and_finite(topic):
     for leaf in _leaves(topic.fields(a_snapshot(), a_layout())):
         if isinstance(leaf, np.ndarray):
-            assert leaf.dtype == np.float64 and leaf.size and np.isfinite(leaf).all()
+            assert leaf.dtype in (np.float64, np.uint8) and leaf.size and np.isfinite(leaf).all()
         elif isinstance(leaf, list):
             assert leaf and all(type(item) is str for item in leaf)
         else:
-            assert type(leaf) in (float, int, str)
+            assert type(leaf) in (float, int, bool, str)
             assert type(leaf) is str or math.isfinite(leaf)
 
 
@@ -143,12 +222,13 @@ def test_a_rate_above_the_steps_means_every_step_once():
 
 
 def test_names_are_unique_and_the_clock_is_what_time_sources_subscribe_to():
-    names = [topic.name for topic in PUBLISHED + topics.COMMANDS]
+    names = [topic.name for topic in PUBLISHED + inlets.SUBSCRIBED]
     assert len(set(names)) == len(names)
     assert topics.CLOCK in PUBLISHED and topics.DIAGNOSTICS in PUBLISHED
     assert topics.CLOCK.name == '/clock' and not topics.CLOCK.qos.reliable
     assert topics.DIAGNOSTICS.name == '/diagnostics'
-    assert all(topic.qos.latched == (topic.rate is Rate.ONCE) for topic in PUBLISHED)
+    assert {topic for topic in PUBLISHED if topic.qos.latched} == {
+        topics.PATH, *(topic for topic in PUBLISHED if topic.rate is Rate.ONCE)}
 
 
 def test_the_tally_says_what_the_worst_step_was():

@@ -7,11 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from poststall_sim import definition, recording
+from poststall_sim import definition, recording, silhouette
 from poststall_sim.aircraft import Aircraft, ConfigError
 from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import FloatArray, body_to_stability, rotation, swap_body_flu
-from poststall_sim.plots import silhouette
 from poststall_sim.plots.lookup import Lookup, Pair, onto
 from poststall_sim.plots.strips import StripData, strip_data
 from poststall_sim.recording import BagError

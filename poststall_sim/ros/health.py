@@ -2,22 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the simulator counts while it flies, and the diagnostics made from it."""
 
-import importlib.util
-
 from poststall_sim.frames import rotation
-from poststall_sim.ros.commands import CommandDesk, Source
-from poststall_sim.ros.messages import Refusal
-from poststall_sim.ros.pacing import Pacer
+from poststall_sim.ros import optional
+from poststall_sim.ros.commands import CommandDesk, Refusal, Source
+from poststall_sim.ros.pacing import Follower, Pacer
 from poststall_sim.state import Snapshot, Status
 from poststall_sim.topics import Condition, Level, SolverTally
-
-OPTIONAL = ('tf2_msgs', 'simulation_interfaces')
-"""Message packages that a full ROS installation has and that are not on PyPI."""
-
-
-def missing_parts() -> list[str]:
-    """Return which optional packages cannot be imported here."""
-    return [name for name in OPTIONAL if importlib.util.find_spec(name) is None]
 
 
 class Health:
@@ -26,9 +16,10 @@ class Health:
     def __init__(self, node_name: str, closure: str) -> None:
         self._name = node_name
         self._closure = closure
-        self._missing = ', '.join(missing_parts()) or 'none'
+        self._missing = ', '.join(optional.missing()) or 'none'
         self.tally = SolverTally()
         self.refused = dict.fromkeys(Refusal, 0)
+        self.refused_states = 0
         self.unknown_names = 0
         self.step_ns = 0
         self.step_max_ns = 0
@@ -49,15 +40,20 @@ class Health:
             self.tally.statuses[Status.DIVERGED] += 1
 
     def flight(self, snapshot: Snapshot, *, paused: bool, reason: str | None,
-               clock: str, clock_sources: int) -> Condition:
-        """Say whether the flight goes on, and if not, why; clock : the name of its topic."""
+               clock: str, clock_sources: int, waits_for: str = '') -> Condition:
+        """
+        Say whether the flight goes on, and if not, why.
+
+        clock : the name of its topic; waits_for : what in lock-step makes the next step.
+        """
         if clock_sources > 1:
             level, text = Level.ERROR, (f'{clock_sources} nodes publish {clock}, one may: set '
                                         'publish_clock to false on all but one')
         elif reason:
             level, text = Level.WARN if reason.startswith('ground') else Level.ERROR, reason
         else:
-            level, text = Level.OK, 'paused' if paused else 'flying'
+            level, text = Level.OK, ('paused' if paused else f'waits for {waits_for}'
+                                     if waits_for else 'flying')
         return Condition(level, f'{self._name}: flight', text, {
             'paused': paused,
             'paused_reason': reason or '',
@@ -90,7 +86,7 @@ class Health:
             'real_time_factor_now': now,
             'dt_s': pacer.dt_ns * 1e-9,
             'steps': self.tally.steps,
-            'steps_by_service': self.tally.steps - pacer.steps,
+            'steps_unpaced': self.tally.steps - pacer.steps,
             'late_ticks': pacer.late,
             'lag_max_ms': pacer.lag_max_ns * 1e-6,
             'lost_time_s': pacer.lost_ns * 1e-9,
@@ -98,22 +94,45 @@ class Health:
             'step_time_max_us': self.step_max_ns * 1e-3,
             'headroom': self.tally.steps * pacer.dt_ns / self.busy_ns if self.busy_ns else 0.0})
 
+    def following(self, follower: Follower, time_ns: int, sources: int) -> Condition:
+        """Say how well the flight follows the clock of another."""
+        lag_ns = follower.lag_ns(time_ns)
+        level, text = Level.OK, 'follows /clock'
+        if follower.clock_ns is None or not sources:
+            level, text = Level.WARN, 'waits for /clock: nobody publishes it'
+        elif lag_ns > max(2 * follower.dt_ns, Pacer.LATE_NS):
+            level, text = Level.WARN, f'{lag_ns * 1e-9:.3f} s behind /clock'
+        count = max(self.tally.steps, 1)
+        return Condition(level, f'{self._name}: pace', text, {
+            'dt_s': follower.dt_ns * 1e-9,
+            'steps': self.tally.steps,
+            'lag_s': lag_ns * 1e-9,
+            'lost_time_s': follower.lost_ns * 1e-9,
+            'clock_jumps_back': follower.jumps_back,
+            'step_time_mean_us': self.step_ns / count * 1e-3,
+            'step_time_max_us': self.step_max_ns * 1e-3,
+            'headroom': self.tally.steps * follower.dt_ns / self.busy_ns if self.busy_ns else 0.0})
+
     def solver(self, snapshot: Snapshot) -> Condition:
         """Say how the decambering does."""
         return self.tally.condition(f'{self._name}: solver', snapshot, self._closure)
 
-    def commands(self, desk: CommandDesk, time_ns: int, source_asked: str) -> Condition:
-        """Say who flies, and what was not obeyed."""
+    def commands(self, desk: CommandDesk, time_ns: int, source_asked: str,
+                 repeated: int) -> Condition:
+        """Say who flies, and what was not obeyed; repeated : commands sent again in lock-step."""
         age = desk.age(time_ns)
-        bad = sum(self.refused.values()) + self.unknown_names + desk.clamped
+        bad = (sum(self.refused.values()) + self.refused_states + self.unknown_names
+               + desk.clamped)
         news = bad > self._refused_before
         self._refused_before = bad
-        flown = 'nobody commands' if desk.source is Source.NONE else f'{desk.source.value} flies'
+        flown = {Source.NONE: 'nobody commands', Source.SUM: 'pilot and autopilot fly'}.get(
+            desk.source, f'{desk.source.value} flies')
         values = {
             'source_asked': source_asked, 'source': desk.source.value,
-            'age_s': -1.0 if age is None else age,
+            'age_s': -1.0 if age is None else age, 'engaged': desk.engaged,
             'accepted': desk.accepted, 'beyond_limits': desk.clamped,
-            'unknown_names': self.unknown_names}
+            'unknown_names': self.unknown_names, 'refused_states': self.refused_states,
+            'repeated_in_lockstep': repeated}
         values.update({refusal.value: count for refusal, count in self.refused.items()})
         return Condition(
             Level.WARN if news else Level.OK, f'{self._name}: commands',

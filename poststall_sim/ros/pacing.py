@@ -1,6 +1,6 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
-"""How many steps are due: simulated time kept beside a steady clock, and how well that goes."""
+"""How many steps are due: beside a steady clock or a foreign one, and how well that goes."""
 
 import math
 
@@ -67,3 +67,55 @@ class Pacer:
     def achieved(self) -> float:
         """Simulated time over wall time since the start, pauses left out [-]."""
         return self.steps * self.dt_ns / self.running_ns if self.running_ns else 0.0
+
+
+class Follower:
+    """
+    Tell how many steps of dt are due to reach the time of a clock that somebody else sets.
+
+    Steps that are behind are all caught up with, max_steps at each look, but those of a pause:
+    after it, as at the start, the flight takes on the time of the clock, in whole dt.
+    """
+
+    def __init__(self, dt_ns: int, *, max_steps: int) -> None:
+        self.dt_ns = dt_ns
+        self.max_steps = max_steps
+        self.clock_ns: int | None = None
+        self.jumps_back = 0
+        self.lost_ns = 0
+        self._joining = True
+        self._joined = False
+
+    def stop(self) -> None:
+        """Take on the time of the clock at the next `joined`."""
+        self._joining = True
+
+    def heard(self, clock_ns: int) -> bool:
+        """Take note of the clock [ns] and tell whether it has jumped back."""
+        back = self.clock_ns is not None and clock_ns < self.clock_ns
+        self.clock_ns = clock_ns
+        self.jumps_back += back
+        return back
+
+    @property
+    def whole_ns(self) -> int:
+        """Time of the clock in whole dt [ns]."""
+        return self.clock_ns // self.dt_ns * self.dt_ns
+
+    def joined(self, time_ns: int) -> int:
+        """Return the time that a flight at a time [ns] goes on from."""
+        if not self._joining or self.clock_ns is None:
+            return time_ns
+        self._joining = False
+        began = max(time_ns, self.whole_ns)
+        self.lost_ns += self._joined * (began - time_ns)
+        self._joined = True
+        return began
+
+    def lag_ns(self, time_ns: int) -> int:
+        """Return how far a flight at a time [ns] is behind the clock, 0 before there is one."""
+        return 0 if self.clock_ns is None else max(0, self.clock_ns - time_ns)
+
+    def due(self, time_ns: int) -> int:
+        """Return how many steps a flight at a time [ns] is to take."""
+        return min(self.lag_ns(time_ns) // self.dt_ns, self.max_steps)

@@ -1,41 +1,18 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
-"""Node parameters as frozen records: declared, described, checked and changed in one place."""
+"""Node parameters as frozen records; `declaration` brings them to a node."""
 
-import array
 import dataclasses
-import difflib
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
-
-from rcl_interfaces.msg import (
-    FloatingPointRange,
-    IntegerRange,
-    ParameterDescriptor,
-    SetParametersResult,
-)
-from rclpy.exceptions import ParameterException
-from rclpy.node import Node
-from rclpy.parameter import Parameter
+from typing import Any
 
 from poststall_sim.aero import model as models
 from poststall_sim.aero.separation import Separation
 from poststall_sim.aero.wake import Shape
 from poststall_sim.aero.wash import Precision
-from poststall_sim.aircraft import ConfigError
-from poststall_sim.topics import Rate
-
-Settings = TypeVar('Settings')
+from poststall_sim.topics import SIMULATED, Rate
 
 _AERO = models.Settings()
-
-_TYPES = {bool: 'true or false', int: 'a whole number', float: 'a number',
-          str: 'text', tuple: 'a list of numbers'}
-
-SIM_TIME = 'use_sim_time'
-FROM_ROS = (SIM_TIME, 'start_type_description_service')
-"""Parameters that every node has without declaring them."""
 
 
 def entry(name: str, default: Any, description: str, *, low: float | None = None,
@@ -57,8 +34,51 @@ def rate_entry(rate: Rate, what: str, *, low: float = 0.0, high: float = 10000.0
                  low=low, high=high)
 
 
+def axis_entry(control: str, default: int) -> Any:
+    """Return a dataclass field that is the axis of a control."""
+    return entry(f'joy.axes.{control}', default, f'Axis that moves {control} [-]; -1 = none',
+                 low=-1, high=63)
+
+
+def scale_entry(control: str, default: float, what: str, bound: float) -> Any:
+    """Return a dataclass field that is what the full way of an axis does."""
+    return entry(f'joy.scale.{control}', default, what, low=-bound, high=bound, writable=True)
+
+
+def button_entry(name: str, default: int, what: str) -> Any:
+    """Return a dataclass field that is a button."""
+    return entry(f'joy.buttons.{name}', default, f'Button that {what} [-]; -1 = none',
+                 low=-1, high=63)
+
+
 @dataclass(frozen=True, slots=True)
-class SimulatorSettings:
+class JoySettings:
+    """Parameters of a stick: axes as the package joy has them, left and up positive."""
+
+    joy_enabled: bool = entry('joy.enabled', False, 'Listen to `joy`: a stick is the pilot')
+    joy_aileron: int = axis_entry('aileron', 3)
+    joy_elevator: int = axis_entry('elevator', 4)
+    joy_rudder: int = axis_entry('rudder', 0)
+    joy_throttle: int = axis_entry('throttle', 1)
+    joy_aileron_scale: float = scale_entry(
+        'aileron', -0.35, 'Aileron beyond trim at the full way of its axis [rad]', 1.6)
+    joy_elevator_scale: float = scale_entry(
+        'elevator', 0.35, 'Elevator beyond trim at the full way of its axis [rad]', 1.6)
+    joy_rudder_scale: float = scale_entry(
+        'rudder', 0.35, 'Rudder beyond trim at the full way of its axis [rad]', 1.6)
+    joy_throttle_scale: float = scale_entry(
+        'throttle', 1.0, 'Way of the throttle over that of its axis, which stands for half '
+        'throttle in the middle [-]', 2.0)
+    joy_deadband: float = entry(
+        'joy.deadband', 0.05, 'Part of the way of an axis that does nothing [-]',
+        low=0.0, high=0.9, writable=True)
+    joy_pause: int = button_entry('pause', 7, 'pauses, or flies on')
+    joy_reset: int = button_entry('reset', 6, 'resets')
+    joy_trim: int = button_entry('trim', 0, 'trims, as the service does')
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatorSettings(JoySettings):
     """Parameters of the simulator."""
 
     aircraft: str = entry(
@@ -73,9 +93,18 @@ class SimulatorSettings:
         'max_steps_per_wake', 10, 'Steps taken at one wake to catch up [-]; debt beyond it is '
         'forgiven and counted as lost time', low=1, high=1000)
     start_paused: bool = entry('start_paused', False, 'Wait for the pause service at the start')
-    publish_clock: bool = entry('publish_clock', True, 'Publish /clock: be the source of time')
+    publish_clock: bool = entry(
+        'publish_clock', True, 'Publish /clock: be the source of time; false with use_sim_time: '
+        'follow the /clock of another')
+    flight_file: str = entry(
+        'flight_file', '', 'File (.npz) that save_state writes and load_state reads',
+        writable=True)
+    lockstep: str = entry(
+        'lockstep', 'off', 'What time waits for: off = wall time; service = each call of the step '
+        'service; command = each full command, once', choices=('off', 'command', 'service'))
     step_count: int = entry(
-        'step_count', 1, 'Steps that one call of the step service takes [-]',
+        'step_count', 1, 'Steps that one call of the step service, or a command in lock-step, '
+        'takes [-]',
         low=1, high=1_000_000, writable=True)
     reset_time: bool = entry(
         'reset.time', False, 'Let the reset service also set simulated time to 0: a jump back '
@@ -85,6 +114,11 @@ class SimulatorSettings:
         Rate.STATE, 'pose, odom, wrench, air_data, joint_states and the like; 0 = off')
     rates_strips: float = rate_entry(Rate.STRIPS, 'strip_*; 0 = off')
     rates_wind: float = rate_entry(Rate.WIND, 'wind/applied; 0 = off')
+    rates_tf: float = rate_entry(Rate.TF, '/tf, where tf2_msgs is installed; 0 = off')
+    rates_views: float = rate_entry(Rate.VIEWS, 'markers and strips; 0 = off')
+    rates_path: float = rate_entry(Rate.PATH, 'path; 0 = off')
+    rates_ned: float = rate_entry(
+        Rate.NED, 'odom_ned and wrench_frd, in the axes of aviation; 0 = off')
     rates_diagnostics: float = rate_entry(
         Rate.DIAGNOSTICS, '/diagnostics', low=0.1, high=100.0)
     frames_map: str = entry('frames.map', 'map', 'Name of the fixed frame (ENU)')
@@ -101,7 +135,12 @@ class SimulatorSettings:
         'up [m/s]', low=-100.0, high=100.0, writable=True)
     command_source: str = entry(
         'command.source', 'auto', 'Who flies; auto: the pilot while his commands are fresh, '
-        'else the autopilot', choices=('auto', 'pilot', 'autopilot'), writable=True)
+        'else the autopilot; sum: trim and what both add to it',
+        choices=('auto', 'pilot', 'autopilot', 'sum'), writable=True)
+    command_deadband: float = entry(
+        'command.deadband', 0.01, 'Under auto, a pilot whose deflections are this near to trim '
+        'leaves the controls to an autopilot who is there [rad]; 0 = never',
+        low=0.0, high=1.0, writable=True)
     command_timeout: float = entry(
         'command.timeout', 0.5, 'Age at which a command is no longer fresh [s of simulated time]',
         low=0.0, high=1e6, writable=True)
@@ -157,6 +196,13 @@ class SimulatorSettings:
         '[chords travelled]', low=0.0, high=100.0)
 
     @property
+    def rates(self) -> dict[Rate, float]:
+        """Rates of what is published at times that simulated time gives [Hz], 0 = off."""
+        by_parameter = {field.metadata['name']: getattr(self, field.name)
+                        for field in dataclasses.fields(self)}
+        return {rate: by_parameter[rate.parameter] for rate in Rate if rate.counts == SIMULATED}
+
+    @property
     def base_frame(self) -> str:
         """Name of the body frame with its prefix."""
         return self.frames_prefix + self.frames_base
@@ -177,188 +223,3 @@ class PilotSettings:
         'unpause', True, 'Let a paused simulator fly when the scenario begins')
     exit_when_done: bool = entry(
         'exit_when_done', False, 'End the node when the scenario is over')
-
-
-def declare(node: Node, kind: type[Settings]) -> Settings:
-    """
-    Declare all parameters of a record on a node and return the record with their values.
-
-    Whole numbers are taken where real ones are wanted. A value that was given under a name
-    which no parameter has is warned of.
-
-    Raises
-    ------
-    ConfigError
-        When a value that the node was given has the wrong type or is out of range.
-
-    """
-    given = _overrides(node)
-    values = {}
-    for field in dataclasses.fields(kind):
-        name = field.metadata['name']
-        value = _ros_value(field.default)
-        if name in given:
-            value = _number(field, given[name])
-            _check_type(field, value)
-        _check(kind, {field.name: _record_value(field, value)})
-        try:
-            value = node.declare_parameter(
-                name, value, _descriptor(field), ignore_override=True).value
-        except (ParameterException, ValueError, TypeError) as error:
-            raise ConfigError(f'parameter {name}: {error}') from None
-        values[field.name] = _record_value(field, value)
-    _warn_of_strangers(node, kind, given)
-    return kind(**values)
-
-
-def follow(node: Node, settings: Settings, changed: Callable[[Settings], None]) -> None:
-    """Call ``changed`` with the new record whenever a writable parameter has been set."""
-    kind = type(settings)
-    by_name = {field.metadata['name']: field for field in dataclasses.fields(kind)}
-    current = [settings]
-
-    def updated(parameters: list[Parameter]) -> dict[str, Any]:
-        return {by_name[p.name].name: _record_value(by_name[p.name], p.value)
-                for p in parameters if p.name in by_name}
-
-    def convert(parameters: list[Parameter]) -> list[Parameter]:
-        return [Parameter(p.name, value=_number(by_name[p.name], p.value))
-                if p.name in by_name and p.value is not None else p for p in parameters]
-
-    def check(parameters: list[Parameter]) -> SetParametersResult:
-        try:
-            _check(kind, updated(parameters))
-        except ConfigError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        return SetParametersResult(successful=True)
-
-    def apply(parameters: list[Parameter]) -> None:
-        values = updated(parameters)
-        if values:
-            current[0] = dataclasses.replace(current[0], **values)
-            changed(current[0])
-
-    node.add_pre_set_parameters_callback(convert)
-    node.add_on_set_parameters_callback(check)
-    node.add_post_set_parameters_callback(apply)
-
-
-def refuse_sim_time(node: Node) -> None:
-    """
-    Refuse use_sim_time now and later, for a node that is the source of simulated time.
-
-    Raises
-    ------
-    ConfigError
-        When use_sim_time is true already.
-
-    """
-    why = (f'{SIM_TIME} is true, but this node is the source of simulated time: it cannot wait '
-           f'for a /clock that it publishes itself; leave {SIM_TIME} false for it')
-    if node.get_parameter(SIM_TIME).value:
-        raise ConfigError(why)
-
-    def check(parameters: list[Parameter]) -> SetParametersResult:
-        asked = any(p.name == SIM_TIME and p.value is True for p in parameters)
-        return SetParametersResult(successful=not asked, reason=why if asked else '')
-
-    node.add_on_set_parameters_callback(check)
-
-
-def declare_names(node: Node, name: str, values: tuple[str, ...], description: str) -> None:
-    """Declare a read-only list of names that the node states and nobody sets."""
-    node.declare_parameter(
-        name, Parameter(name, Parameter.Type.STRING_ARRAY, list(values)).value or [],
-        ParameterDescriptor(
-            description=description, read_only=True,
-            type=Parameter.Type.STRING_ARRAY.value), ignore_override=True)
-
-
-def _overrides(node: Node) -> dict[str, Any]:
-    """Return the values that the node was given, by -p or a file, under whatever name."""
-    return {name: parameter.value for name, parameter
-            in getattr(node, '_parameter_overrides', {}).items()}
-
-
-def _number(field: dataclasses.Field, value: Any) -> Any:
-    """Return whole numbers as real ones where those are wanted, anything else as it is."""
-    if isinstance(field.default, float) and type(value) is int:
-        return float(value)
-    if isinstance(field.default, tuple) and isinstance(value, Sequence) and all(
-            type(item) in (int, float) for item in value):
-        return [float(item) for item in value]
-    return value
-
-
-def _check_type(field: dataclasses.Field, value: Any) -> None:
-    """Raise `ConfigError` for a value of another type than the parameter's."""
-    wanted = _TYPES[type(field.default)]
-    numbers = not isinstance(field.default, tuple) or (
-        isinstance(value, list) and all(type(item) is float for item in value))
-    if type(_ros_value(field.default)) is not type(value) or not numbers:
-        shown = list(value) if isinstance(value, array.array) else value
-        raise ConfigError(f'parameter {field.metadata["name"]}: must be {wanted}, got {shown!r}')
-
-
-def _ros_value(value: Any) -> Any:
-    return list(value) if isinstance(value, tuple) else value
-
-
-def _record_value(field: dataclasses.Field, value: Any) -> Any:
-    return tuple(value) if isinstance(field.default, tuple) else value
-
-
-def _descriptor(field: dataclasses.Field) -> ParameterDescriptor:
-    entry = field.metadata
-    descriptor = ParameterDescriptor(
-        description=entry['description'], read_only=not entry['writable'])
-    if entry['choices']:
-        descriptor.additional_constraints = 'one of: ' + ', '.join(entry['choices'])
-    if isinstance(field.default, tuple):
-        descriptor.additional_constraints = (
-            f'{len(field.default)} values from {entry["low"]:g} to {entry["high"]:g}')
-    elif isinstance(field.default, float):
-        descriptor.floating_point_range = [
-            FloatingPointRange(from_value=float(entry['low']), to_value=float(entry['high']))]
-    elif entry['low'] is not None:
-        descriptor.integer_range = [
-            IntegerRange(from_value=entry['low'], to_value=entry['high'], step=1)]
-    return descriptor
-
-
-def _check(kind: type, values: dict[str, Any]) -> None:
-    """Raise `ConfigError` for a value that is not one of the choices or out of range."""
-    for field in dataclasses.fields(kind):
-        entry = field.metadata
-        if field.name not in values:
-            continue
-        value = values[field.name]
-        if entry['choices'] and value not in entry['choices']:
-            raise ConfigError(f'parameter {entry["name"]}: must be one of '
-                              f'{", ".join(entry["choices"])}, got {value!r}')
-        if isinstance(value, str) and field.default and not value.strip():
-            raise ConfigError(f'parameter {entry["name"]}: must not be empty')
-        if isinstance(field.default, tuple):
-            if len(value) != len(field.default) or not all(
-                    entry['low'] <= x <= entry['high'] for x in value):
-                raise ConfigError(
-                    f'parameter {entry["name"]}: must be {len(field.default)} numbers from '
-                    f'{entry["low"]:g} to {entry["high"]:g}, got {list(value)}')
-        elif entry['low'] is not None and not entry['low'] <= value <= entry['high']:
-            raise ConfigError(f'parameter {entry["name"]}: must be from {entry["low"]:g} to '
-                              f'{entry["high"]:g}, got {value}')
-
-
-def _warn_of_strangers(node: Node, kind: type, given: dict[str, Any]) -> None:
-    """Warn of every value that was given under a name that nobody reads."""
-    known = [field.metadata['name'] for field in dataclasses.fields(kind)]
-    by_last: dict[str, list[str]] = {}
-    for name in known:
-        by_last.setdefault(name.rpartition('.')[2], []).append(name)
-    for name in sorted(given.keys() - {*known, *FROM_ROS}):
-        last = name.rpartition('.')[2]
-        near = (by_last.get(last) or difflib.get_close_matches(name, known, n=1)
-                or by_last.get(*difflib.get_close_matches(last, by_last, n=1) or ('',)))
-        node.get_logger().warning(
-            f'there is no parameter {name}, its value is not used'
-            + (f'; did you mean {" or ".join(near)}?' if near else ''))

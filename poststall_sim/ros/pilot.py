@@ -12,8 +12,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool
 
-from poststall_sim import definition, topics
-from poststall_sim.ros import messages, parameters, process
+from poststall_sim import definition, inlets, topics
+from poststall_sim.ros import declaration, messages, process
 from poststall_sim.ros.parameters import PilotSettings
 
 LOOK_PERIOD = 0.05
@@ -32,7 +32,7 @@ class PilotNode(Node):
 
     def __init__(self, **node_options: Any) -> None:
         super().__init__('pilot', **node_options)
-        self._settings = parameters.declare(self, PilotSettings)
+        self._settings = declaration.declare(self, PilotSettings)
         self._scenario = definition.scenario(
             definition.find(definition.Kind.SCENARIO, self._settings.scenario))
         self.exit_code: int | None = None
@@ -44,8 +44,8 @@ class PilotNode(Node):
 
         self._message = JointState()
         self._commands = self.create_publisher(
-            JointState, topics.PILOT.name,
-            messages.qos_profile(topics.Qos(depth=topics.PILOT.qos.depth)))
+            JointState, inlets.PILOT.name,
+            messages.qos_profile(topics.Qos(depth=inlets.PILOT.qos.depth)))
         self._airspeed: float | None = None
         _, *self._looking_at = [
             self.create_subscription(kind, topic.name, heard, messages.qos_profile(topic.qos))

@@ -11,24 +11,28 @@ import numpy as np
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64MultiArray
-from std_srvs.srv import SetBool, Trigger
+from rosgraph_msgs.msg import Clock as ClockMessage
 
-from poststall_sim import definition, simulation, topics
+from poststall_sim import cdr, definition, simulation, topics
 from poststall_sim.aero.decambering import Closure
 from poststall_sim.aero.model import Settings
 from poststall_sim.aero.separation import Separation
 from poststall_sim.aero.wake import Shape
 from poststall_sim.aero.wash import Precision
+from poststall_sim.aircraft import ConfigError
+from poststall_sim.fields import Fields
 from poststall_sim.frames import swap_ned_enu
-from poststall_sim.ros import messages, parameters, process
-from poststall_sim.ros.commands import CommandDesk, OnTimeout, Source
+from poststall_sim.ros import declaration, messages, optional, process
+from poststall_sim.ros.commands import CommandDesk, OnTimeout
 from poststall_sim.ros.health import Health
-from poststall_sim.ros.pacing import Pacer
+from poststall_sim.ros.inbox import Inbox
+from poststall_sim.ros.operations import Operations
+from poststall_sim.ros.pacing import Follower, Pacer
 from poststall_sim.ros.parameters import SimulatorSettings
+from poststall_sim.ros.sensor_settings import SensorSettings
 from poststall_sim.state import Controls
 from poststall_sim.topics import Rate, Topic
+from poststall_sim.views import Views
 
 PAUSED_PERIOD = 0.05
 """While paused, /clock is repeated and new subscribers are looked for this often [s]."""
@@ -60,128 +64,171 @@ class SimulatorNode(Node):
     """
     Fly one aircraft: simulated time kept beside wall time, commands in, state out.
 
+    Time may as well wait for each step to be asked for (lock-step) or follow another's /clock.
     The constructor reads the aircraft, compiles and trims, which takes a while the first time.
     It raises `ConfigError` for parameters or an aircraft that cannot be flown.
+
+    What is heard comes by way of an `Inbox`, what is asked by `Operations`: they use ``flight``,
+    ``layout``, ``desk``, ``health``, ``settings``, ``paused``, ``follows`` and the methods.
     """
 
     def __init__(self, **node_options: Any) -> None:
         super().__init__('simulator', **node_options)
-        self._settings = parameters.declare(self, SimulatorSettings)
-        parameters.refuse_sim_time(self)
-        self._flight = flight_from_settings(self._settings, self.get_logger().info)
-        self._layout = topics.layout(
-            self._flight, map_frame=self._settings.frames_map,
-            base_frame=self._settings.base_frame)
-        names = self._layout.command_names
-        parameters.declare_names(self, 'surfaces', names, 'Names in the order of the values of '
+        self.settings, sensors = declaration.declare_all(
+            self, SimulatorSettings, SensorSettings)
+        self.follows = declaration.fix_sim_time(self, source=self.settings.publish_clock)
+        if self.follows and self.settings.lockstep != 'off':
+            raise ConfigError('lockstep makes time and use_sim_time follows another: set one')
+        self.flight = flight_from_settings(self.settings, self.get_logger().info)
+        self.layout = topics.layout(
+            self.flight, map_frame=self.settings.frames_map,
+            base_frame=self.settings.base_frame)
+        names = self.layout.command_names
+        declaration.declare_names(self, 'surfaces', names, 'Names in the order of the values of '
                                  'surface_commands')
-        parameters.declare_names(self, 'strip_names', self._layout.strip_names,
+        declaration.declare_names(self, 'strip_names', self.layout.strip_names,
                                  'Names in the order of the values of strip_*')
 
-        self._desk = CommandDesk(names, self._layout.command_limits, np.array(list(
-            topics.command_values(self._flight.trim, self._layout).values())))
+        self.desk = CommandDesk(names, self.layout.command_limits, np.array(list(
+            topics.command_values(self.flight.trim, self.layout).values())))
         self._told = np.full(len(names), np.nan)
-        self._controls = self._flight.trim
-        self._paused = self._settings.start_paused
+        self._controls = self.flight.trim
+        self.paused = self.settings.start_paused
         self._reason: str | None = None
         self._fly_after_reset = False
-        self._warned_names: set[str] = set()
-        self._pacer = Pacer(self._flight.dt_ns, factor=self._settings.real_time_factor,
-                            max_steps=self._settings.max_steps_per_wake)
-        self._health = Health(
-            self.get_fully_qualified_name().lstrip('/'), self._settings.decambering_closure
-            if self._settings.decambering_enabled else 'off: attached flow')
-        rates = {
-            Rate.CLOCK: self._settings.rates_clock, Rate.STATE: self._settings.rates_state,
-            Rate.STRIPS: self._settings.rates_strips, Rate.WIND: self._settings.rates_wind}
+        self._pacer = Pacer(self.flight.dt_ns, factor=self.settings.real_time_factor,
+                            max_steps=self.settings.max_steps_per_wake)
+        self._follower = Follower(
+            self.flight.dt_ns, max_steps=self.settings.max_steps_per_wake)
+        self.health = Health(
+            self.get_fully_qualified_name().lstrip('/'), self.settings.decambering_closure
+            if self.settings.decambering_enabled else 'off: attached flow')
+        rates = self.settings.rates | sensors.rates
+        self._instruments = sensors.instruments(self.layout)
+        self._views = Views(self.flight.model, self.layout, rates[Rate.VIEWS])
+        self._views.follow(self.flight)
         self._schedule = topics.Schedule(rates)
 
         self._outlets = self._open_outlets({rate for rate, hz in rates.items() if hz == 0.0})
         self._listeners = dict.fromkeys(self._outlets, 0)
         self._shown_ns: dict[Topic, int] = {}
-        self._open_inlets()
-        self.create_service(SetBool, 'pause', self._on_pause)
-        self.create_service(Trigger, 'reset', self._on_reset)
-        self.create_service(Trigger, 'step', self._on_step)
-        parameters.follow(self, self._settings, self._on_settings)
+        self._tended_ns = -1
+        self.operations = Operations(self)
+        self.inbox = Inbox(self)
+        if self.follows:
+            self.create_subscription(ClockMessage, topics.CLOCK.name, self._on_clock,
+                                     messages.qos_profile(topics.CLOCK.qos))
+        optional.open_services(self)
+        declaration.follow(self, self.settings, self._on_settings)
 
         # This node makes simulated time, so its timers must not wait for it.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._wake_timer = self.create_timer(self._wake_period(), self._wake, clock=steady)
         self.create_timer(PAUSED_PERIOD, self._tend, clock=steady)
-        self.create_timer(1.0 / self._settings.rates_diagnostics, self._report, clock=steady)
+        self.create_timer(1.0 / self.settings.rates_diagnostics, self._report, clock=steady)
         self._publish_all()
         gc.collect()
         gc.freeze()   # what exists now stays: the collector need not look at it at every turn
         self.get_logger().info(
-            f'ready: {self._flight.model.aircraft.name}, {len(self._layout.strip_names)} strips, '
-            f'dt {self._flight.dt_ns * 1e-6:g} ms, '
-            + ('paused' if self._paused else
-               f'real-time factor {self._settings.real_time_factor:g}'))
+            f'ready: {self.flight.model.aircraft.name}, {len(self.layout.strip_names)} strips, '
+            f'dt {self.flight.dt_ns * 1e-6:g} ms, '
+            + ('paused' if self.paused else f'lock-step by {self.settings.lockstep}'
+               if self.settings.lockstep != 'off' else 'following /clock' if self.follows else
+               f'real-time factor {self.settings.real_time_factor:g}'))
 
     def _open_outlets(self, off: set[Rate]) -> dict[Topic, tuple[Publisher, Any]]:
         """Create the publishers, each with the message that it keeps and refills."""
-        outlets = {}
-        if not self._settings.publish_clock:
+        outlets, missing = {}, {}
+        if not self.settings.publish_clock:
             off = off | {Rate.CLOCK}
         for topic in topics.PUBLISHED:
             if topic.rate in off:
                 continue
-            if topic is topics.JOINT_STATES and not self._layout.command_names:
+            if topic is topics.JOINT_STATES and not self.layout.command_names:
                 continue   # nothing to move: its arrays would be empty
+            if not messages.available(topic.type):
+                missing.setdefault(topic.type.partition('/')[0], []).append(topic.name)
+                continue
             kind = messages.message_class(topic.type)
             outlets[topic] = (
                 self.create_publisher(kind, topic.name, messages.qos_profile(topic.qos)), kind())
+        for package, names in missing.items():
+            self.get_logger().info(
+                f'{package} is not installed, so there is no {" and no ".join(names)}')
         return outlets
-
-    def _open_inlets(self) -> None:
-        for topic, source in ((topics.AUTOPILOT, Source.AUTOPILOT), (topics.PILOT, Source.PILOT)):
-            self.create_subscription(
-                JointState, topic.name,
-                lambda message, source=source: self._on_joint_command(source, message),
-                messages.qos_profile(topic.qos))
-        self.create_subscription(
-            Float64MultiArray, topics.SURFACES.name, self._on_array_command,
-            messages.qos_profile(topics.SURFACES.qos))
 
     def _wake_period(self) -> float:
         """Return how often to look whether steps are due [s of wall time]."""
-        if self._settings.real_time_factor == 0.0:
+        if self.settings.real_time_factor == 0.0:
             return 0.0
-        return min(max(self._flight.dt_ns * 1e-9 / self._settings.real_time_factor, 1e-3), 1e-2)
+        return min(max(self.flight.dt_ns * 1e-9 / self.settings.real_time_factor, 1e-3), 1e-2)
 
     def _wake(self) -> None:
         """Take the steps that are due."""
-        if self._paused:
+        if self.paused or self.settings.lockstep != 'off':
             return
-        for _ in range(self._pacer.due(time.monotonic_ns())):
+        for _ in range(self._due()):
             self._step(paced=True)
-            if self._paused:
+            if self.paused:
                 break
+
+    def _due(self) -> int:
+        """Return how many steps to take now."""
+        if not self.follows:
+            return self._pacer.due(time.monotonic_ns())
+        now_ns = self.flight.snapshot.time_ns
+        began_ns = self._follower.joined(now_ns)
+        if began_ns != now_ns:
+            self.flight.set_time(began_ns)
+            self._publish_all()
+        return self._follower.due(began_ns)
+
+    def _on_clock(self, message: ClockMessage) -> None:
+        """Follow the clock of another; where it alone jumps back, begin again."""
+        if self._follower.heard(messages.nanoseconds(message.clock)):
+            if self.count_publishers(self.resolve_topic_name(topics.CLOCK.name)) > 1:
+                return   # which of them is right? the diagnostics say that there are several
+            self.get_logger().warning('/clock jumped back: the flight begins again')
+            self.desk.reset(self.flight.reset(self._follower.whole_ns).time_ns)
+            self.begun()
+        self._wake()
+
+    def advance(self, count: int) -> None:
+        """Take steps that somebody waits for, and show where they lead."""
+        for _ in range(count):
+            if self.flight.paused_reason or not self.context.ok():
+                break
+            self._step(paced=False)
+        self._show()
 
     def _step(self, *, paced: bool) -> None:
         """Fly one step and publish what is due after it; paced : as wall time asked for it."""
         begin = time.perf_counter_ns()
-        settings = self._settings
-        told = self._desk.choose(
-            self._flight.snapshot.time_ns, allowed=settings.command_source,
+        settings = self.settings
+        told = self.desk.choose(
+            self.flight.snapshot.time_ns, allowed=settings.command_source,
             timeout=settings.command_timeout,
-            on_timeout=OnTimeout(settings.command_on_timeout))
+            on_timeout=OnTimeout(settings.command_on_timeout),
+            deadband=settings.command_deadband)
         if not np.array_equal(told, self._told):
             self._told = told.copy()
-            n = len(self._layout.control_names)
-            self._controls = Controls(told[:n], float(told[n]) if self._layout.engines else 0.0)
-        before = self._flight.snapshot
-        snapshot = self._flight.step(self._controls)
+            n = len(self.layout.control_names)
+            self._controls = Controls(told[:n], float(told[n]) if self.layout.engines else 0.0)
+        before = self.flight.snapshot
+        snapshot = self.flight.step(self._controls)
         stepped = time.perf_counter_ns()
         if snapshot is not before:
+            self._views.follow(self.flight)
+            for topic, values in self._instruments.step(snapshot):
+                if self._heard(topic):
+                    self._emit(topic, values)
             for topic in self._schedule.due(snapshot.time_ns):
                 self._publish(topic)
-            self._health.stepped(snapshot, stepped - begin, time.perf_counter_ns() - begin)
-            if paced:
+            self.health.stepped(snapshot, stepped - begin, time.perf_counter_ns() - begin)
+            if paced and not self.follows:
                 self._pacer.stepped()
-        if self._flight.paused_reason and self._flight.paused_reason != self._reason:
-            self._stop_for(self._flight.paused_reason)
+        if self.flight.paused_reason and self.flight.paused_reason != self._reason:
+            self._stop_for(self.flight.paused_reason)
 
     def _stop_for(self, reason: str) -> None:
         """
@@ -191,145 +238,111 @@ class SimulatorNode(Node):
         or since.
         """
         self._reason = reason
-        self._fly_after_reset = not self._paused
-        self._health.stopped(reason)
+        self._fly_after_reset = not self.paused
+        self.health.stopped(reason)
         self._pause(True)
         self.get_logger().error(f'paused: {reason}; call the reset service to ' + (
             'fly again' if self._fly_after_reset else 'begin again, paused as before'))
         self._report()
 
-    def _pause(self, paused: bool) -> None:
-        self._paused = paused
+    def pause_for_user(self, paused: bool) -> None:
+        """Pause or fly on; from here on it is as the user asks."""
+        self._fly_after_reset = False
+        if paused != self.paused:
+            self._pause(paused)
+
+    def begun(self) -> None:
+        """Show a flight that was put elsewhere; a pause stays, but for one of `_stop_for`."""
+        self._reason = None
+        self.inbox.turns.take(None)
+        if self._fly_after_reset:
+            self.paused = self._fly_after_reset = False
         self._pacer.stop()
+        self._publish_all()
+
+    def _pause(self, paused: bool) -> None:
+        self.paused = paused
+        self._pacer.stop()
+        self._follower.stop()
         if paused:
-            for topic in self._outlets:
-                if topic.rate is not Rate.ONCE and (
-                        self._shown_ns.get(topic) != self._flight.snapshot.time_ns):
-                    self._publish(topic)
+            self._show()
+
+    def _show(self) -> None:
+        """Publish what has not been published of the present snapshot."""
+        for topic in self._outlets:
+            if topic.rate is not Rate.ONCE and (
+                    self._shown_ns.get(topic) != self.flight.snapshot.time_ns):
+                self._publish(topic)
 
     def _publish(self, topic: Topic) -> None:
         """Publish a topic of the present snapshot, unless nobody would hear it."""
-        if topic not in self._outlets or topic.fields is None:
+        if topic not in self._outlets or not topic.rate.shows_state:
             return
+        snapshot = self.flight.snapshot
+        self._shown_ns[topic] = snapshot.time_ns
+        self._listeners[topic] = self._heard(topic)
+        if topic.rate in (Rate.CLOCK, Rate.ONCE) or self._listeners[topic]:
+            self._emit(topic, topic.fields(snapshot, self.layout) if topic.fields
+                       else self._views.fields(topic, self.flight))
+
+    def _heard(self, topic: Topic) -> int:
+        return self._outlets[topic][0].get_subscription_count()
+
+    def _emit(self, topic: Topic, values: Fields) -> None:
         publisher, message = self._outlets[topic]
-        self._shown_ns[topic] = self._flight.snapshot.time_ns
-        if topic.rate in (Rate.CLOCK, Rate.ONCE) or publisher.get_subscription_count():
-            publisher.publish(messages.fill(
-                message, topic.fields(self._flight.snapshot, self._layout)))
+        publisher.publish(cdr.serialize(topic.type, values) if topic.bulk
+                          else messages.fill(message, values))
 
     def _publish_all(self) -> None:
         """Publish every topic of the present snapshot."""
-        self._schedule.due(self._flight.snapshot.time_ns)
+        self._schedule.due(self.flight.snapshot.time_ns)
         for topic in self._outlets:
             self._publish(topic)
 
     def _tend(self) -> None:
-        """While paused, repeat /clock and show new subscribers the present state."""
+        """While time stands, repeat /clock and show new subscribers the present state."""
+        stands = self.paused or self.follows or self.settings.lockstep != 'off'
+        now_ns = self.flight.snapshot.time_ns
+        if self.follows and now_ns == self._tended_ns:
+            self._show()   # the clock may have stopped between two states that are due
+        self._tended_ns = now_ns
         for topic, (publisher, _) in self._outlets.items():
             before = self._listeners[topic]
             self._listeners[topic] = publisher.get_subscription_count()
-            if self._paused and topic.rate is not Rate.ONCE and (
-                    topic.rate is Rate.CLOCK or self._listeners[topic] > before):
+            new = self._listeners[topic] > before
+            if (stands and topic.rate is not Rate.ONCE and (
+                    topic.rate is Rate.CLOCK or new)) or (topic is topics.PATH and new):
                 self._publish(topic)
 
     def _report(self) -> None:
         """Publish the diagnostics."""
-        snapshot, health = self._flight.snapshot, self._health
+        snapshot, health = self.flight.snapshot, self.health
         publisher, message = self._outlets[topics.DIAGNOSTICS]
         clock = self.resolve_topic_name(topics.CLOCK.name)
+        sources = self.count_publishers(clock)
         publisher.publish(messages.fill(message, topics.diagnostics_fields(
-            snapshot.time_ns, self._flight.model.aircraft.name, [
-                health.flight(snapshot, paused=self._paused, reason=self._flight.paused_reason,
-                              clock=clock, clock_sources=self.count_publishers(clock)),
-                health.pace(self._pacer),
+            snapshot.time_ns, self.flight.model.aircraft.name, [
+                health.flight(snapshot, paused=self.paused, reason=self.flight.paused_reason,
+                              clock=clock, clock_sources=sources, waits_for=self._waits_for()),
+                health.following(self._follower, snapshot.time_ns, sources) if self.follows
+                else health.pace(self._pacer),
                 health.solver(snapshot),
-                health.commands(self._desk, snapshot.time_ns, self._settings.command_source)])))
+                health.commands(self.desk, snapshot.time_ns, self.settings.command_source,
+                                self.inbox.turns.repeated)])))
+
+    def _waits_for(self) -> str:
+        """Return what time waits for in lock-step, or nothing."""
+        return {'off': '', 'service': 'the step service', 'command': 'the next command'}[
+            self.settings.lockstep]
 
     def _on_settings(self, settings: SimulatorSettings) -> None:
-        before, self._settings = self._settings, settings
+        before, self.settings = self.settings, settings
         if settings.real_time_factor != before.real_time_factor:
             self._pacer.factor = settings.real_time_factor
             self._pacer.stop()
             self._wake_timer.timer_period_ns = round(self._wake_period() * 1e9)
         if settings.wind_velocity != before.wind_velocity:
-            self._flight.wind_N = swap_ned_enu(np.array(settings.wind_velocity))
-
-    def _on_joint_command(self, source: Source, message: JointState) -> None:
-        try:
-            commands = messages.commands_from_joint_state(message, self._layout.command_names)
-        except messages.RefusedCommand as error:
-            self._refuse(source, error)
-            return
-        for name in commands.unknown:
-            self._health.unknown_names += 1
-            if name not in self._warned_names and len(self._warned_names) < 100:
-                self._warned_names.add(name)
-                self.get_logger().warning(
-                    f'{source.value}: there is no control {name}, it is ignored; there are '
-                    f'{", ".join(self._layout.command_names)}')
-        self._receive(source, commands.values)
-
-    def _on_array_command(self, message: Float64MultiArray) -> None:
-        try:
-            commands = messages.commands_from_array(message, self._layout.command_names)
-        except messages.RefusedCommand as error:
-            self._refuse(Source.AUTOPILOT, error)
-            return
-        self._receive(Source.AUTOPILOT, commands.values)
-
-    def _receive(self, source: Source, values: dict[str, float]) -> None:
-        if not values:
-            return
-        beyond = self._desk.receive(source, values, self._flight.snapshot.time_ns)
-        if beyond:
-            self.get_logger().warning(
-                f'{source.value}: {", ".join(beyond)} beyond limits, cut', throttle_duration_sec=5)
-
-    def _refuse(self, source: Source, error: messages.RefusedCommand) -> None:
-        self._health.refused[error.refusal] += 1
-        self.get_logger().warning(
-            f'{source.value}: command refused: {error}', throttle_duration_sec=1)
-
-    def _on_pause(self, request: SetBool.Request, response: SetBool.Response):
-        response.success = True
-        if not request.data and self._flight.paused_reason:
-            response.success = False
-            response.message = f'{self._flight.paused_reason}; call reset first'
-        else:
-            self._fly_after_reset = False   # from here on it is as the user asks
-            if request.data != self._paused:
-                self._pause(request.data)
-        if response.success:
-            response.message = 'paused' if self._paused else 'flying'
-        return response
-
-    def _on_reset(self, request: Trigger.Request, response: Trigger.Response):
-        """Begin the flight again; a pause stays, but for one of `_stop_for`."""
-        snapshot = self._flight.reset(0 if self._settings.reset_time else None)
-        self._reason = None
-        self._desk.reset(snapshot.time_ns)
-        if self._fly_after_reset:
-            self._paused = self._fly_after_reset = False
-        self._pacer.stop()
-        self._publish_all()
-        response.success = True
-        response.message = (f'{"paused" if self._paused else "flying"} at simulated time '
-                            f'{snapshot.time:.9g} s')
-        return response
-
-    def _on_step(self, request: Trigger.Request, response: Trigger.Response):
-        if not self._paused:
-            response.message = 'not paused: pause first'
-            return response
-        for _ in range(self._settings.step_count):
-            if self._flight.paused_reason or not self.context.ok():
-                break
-            self._step(paced=False)
-        self._publish_all()
-        response.success = not self._flight.paused_reason
-        response.message = (self._flight.paused_reason
-                            or f'at simulated time {self._flight.snapshot.time:.9g} s')
-        return response
+            self.flight.wind_N = swap_ned_enu(np.array(settings.wind_velocity))
 
 
 def main(args: list[str] | None = None) -> int:

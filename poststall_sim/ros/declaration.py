@@ -1,0 +1,232 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""The records of `parameters` on a node: declared, described, checked, changed in one place."""
+
+import array
+import dataclasses
+import difflib
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.exceptions import ParameterException
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from poststall_sim.aircraft import ConfigError
+
+Settings = TypeVar('Settings')
+
+_TYPES = {bool: 'true or false', int: 'a whole number', float: 'a number',
+          str: 'text', tuple: 'a list of numbers'}
+
+SIM_TIME = 'use_sim_time'
+FROM_ROS = (SIM_TIME, 'start_type_description_service')
+"""Parameters that every node has without declaring them."""
+
+
+def declare(node: Node, kind: type[Settings]) -> Settings:
+    """Declare all parameters of a record on a node and return it, see `declare_all`."""
+    return declare_all(node, kind)[0]
+
+
+def declare_all(node: Node, *kinds: type) -> tuple[Any, ...]:
+    """
+    Declare all parameters of some records on a node and return the records with their values.
+
+    Whole numbers are taken where real ones are wanted. A value that was given under a name
+    which no parameter has is warned of.
+
+    Raises
+    ------
+    ConfigError
+        When a value that the node was given has the wrong type or is out of range.
+
+    """
+    given = _overrides(node)
+    records = tuple(_declared(node, kind, given) for kind in kinds)
+    _warn_of_strangers(node, kinds, given)
+    return records
+
+
+def _declared(node: Node, kind: type[Settings], given: dict[str, Any]) -> Settings:
+    values = {}
+    for field in dataclasses.fields(kind):
+        name = field.metadata['name']
+        value = _ros_value(field.default)
+        if name in given:
+            value = _number(field, given[name])
+            _check_type(field, value)
+        _check(kind, {field.name: _record_value(field, value)})
+        try:
+            value = node.declare_parameter(
+                name, value, _descriptor(field), ignore_override=True).value
+        except (ParameterException, ValueError, TypeError) as error:
+            raise ConfigError(f'parameter {name}: {error}') from None
+        values[field.name] = _record_value(field, value)
+    return kind(**values)
+
+
+def follow(node: Node, settings: Settings, changed: Callable[[Settings], None]) -> None:
+    """Call ``changed`` with the new record whenever a writable parameter has been set."""
+    kind = type(settings)
+    by_name = {field.metadata['name']: field for field in dataclasses.fields(kind)}
+    current = [settings]
+
+    def updated(parameters: list[Parameter]) -> dict[str, Any]:
+        return {by_name[p.name].name: _record_value(by_name[p.name], p.value)
+                for p in parameters if p.name in by_name}
+
+    def convert(parameters: list[Parameter]) -> list[Parameter]:
+        return [Parameter(p.name, value=_number(by_name[p.name], p.value))
+                if p.name in by_name and p.value is not None else p for p in parameters]
+
+    def check(parameters: list[Parameter]) -> SetParametersResult:
+        try:
+            _check(kind, updated(parameters))
+        except ConfigError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def apply(parameters: list[Parameter]) -> None:
+        values = updated(parameters)
+        if values:
+            current[0] = dataclasses.replace(current[0], **values)
+            changed(current[0])
+
+    node.add_pre_set_parameters_callback(convert)
+    node.add_on_set_parameters_callback(check)
+    node.add_post_set_parameters_callback(apply)
+
+
+def fix_sim_time(node: Node, *, source: bool) -> bool:
+    """
+    Return whether use_sim_time is true, and let it stay as it is.
+
+    source : whether the node is a source of simulated time, which cannot follow another.
+
+    Raises
+    ------
+    ConfigError
+        When it is true for a source.
+
+    """
+    follows = bool(node.get_parameter(SIM_TIME).value)
+    why = f'whether this node follows /clock, as {SIM_TIME} says, is settled at its start'
+    if source:
+        why = (f'{SIM_TIME} is true, but this node is the source of simulated time: it cannot '
+               f'wait for a /clock that it publishes itself; leave {SIM_TIME} false for it, or '
+               'set publish_clock to false to follow the /clock of another')
+        if follows:
+            raise ConfigError(why)
+
+    def check(parameters: list[Parameter]) -> SetParametersResult:
+        asked = any(p.name == SIM_TIME and p.value is not follows for p in parameters)
+        return SetParametersResult(successful=not asked, reason=why if asked else '')
+
+    node.add_on_set_parameters_callback(check)
+    return follows
+
+
+def declare_names(node: Node, name: str, values: tuple[str, ...], description: str) -> None:
+    """Declare a read-only list of names that the node states and nobody sets."""
+    node.declare_parameter(
+        name, Parameter(name, Parameter.Type.STRING_ARRAY, list(values)).value or [],
+        ParameterDescriptor(
+            description=description, read_only=True,
+            type=Parameter.Type.STRING_ARRAY.value), ignore_override=True)
+
+
+def _overrides(node: Node) -> dict[str, Any]:
+    """Return the values that the node was given, by -p or a file, under whatever name."""
+    return {name: parameter.value for name, parameter
+            in getattr(node, '_parameter_overrides', {}).items()}
+
+
+def _number(field: dataclasses.Field, value: Any) -> Any:
+    """Return whole numbers as real ones where those are wanted, anything else as it is."""
+    if isinstance(field.default, float) and type(value) is int:
+        return float(value)
+    if isinstance(field.default, tuple) and isinstance(value, Sequence) and all(
+            type(item) in (int, float) for item in value):
+        return [float(item) for item in value]
+    return value
+
+
+def _check_type(field: dataclasses.Field, value: Any) -> None:
+    """Raise `ConfigError` for a value of another type than the parameter's."""
+    wanted = _TYPES[type(field.default)]
+    numbers = not isinstance(field.default, tuple) or (
+        isinstance(value, list) and all(type(item) is float for item in value))
+    if type(_ros_value(field.default)) is not type(value) or not numbers:
+        shown = list(value) if isinstance(value, array.array) else value
+        raise ConfigError(f'parameter {field.metadata["name"]}: must be {wanted}, got {shown!r}')
+
+
+def _ros_value(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _record_value(field: dataclasses.Field, value: Any) -> Any:
+    return tuple(value) if isinstance(field.default, tuple) else value
+
+
+def _descriptor(field: dataclasses.Field) -> ParameterDescriptor:
+    entry = field.metadata
+    descriptor = ParameterDescriptor(
+        description=entry['description'], read_only=not entry['writable'])
+    if entry['choices']:
+        descriptor.additional_constraints = 'one of: ' + ', '.join(entry['choices'])
+    if isinstance(field.default, tuple):
+        descriptor.additional_constraints = (
+            f'{len(field.default)} values from {entry["low"]:g} to {entry["high"]:g}')
+    elif isinstance(field.default, float):
+        descriptor.floating_point_range = [
+            FloatingPointRange(from_value=float(entry['low']), to_value=float(entry['high']))]
+    elif entry['low'] is not None:
+        descriptor.integer_range = [
+            IntegerRange(from_value=entry['low'], to_value=entry['high'], step=1)]
+    return descriptor
+
+
+def _check(kind: type, values: dict[str, Any]) -> None:
+    """Raise `ConfigError` for a value that is not one of the choices or out of range."""
+    for field in dataclasses.fields(kind):
+        entry = field.metadata
+        if field.name not in values:
+            continue
+        value = values[field.name]
+        if entry['choices'] and value not in entry['choices']:
+            raise ConfigError(f'parameter {entry["name"]}: must be one of '
+                              f'{", ".join(entry["choices"])}, got {value!r}')
+        if isinstance(value, str) and field.default and not value.strip():
+            raise ConfigError(f'parameter {entry["name"]}: must not be empty')
+        if isinstance(field.default, tuple):
+            if len(value) != len(field.default) or not all(
+                    entry['low'] <= x <= entry['high'] for x in value):
+                raise ConfigError(
+                    f'parameter {entry["name"]}: must be {len(field.default)} numbers from '
+                    f'{entry["low"]:g} to {entry["high"]:g}, got {list(value)}')
+        elif entry['low'] is not None and not entry['low'] <= value <= entry['high']:
+            raise ConfigError(f'parameter {entry["name"]}: must be from {entry["low"]:g} to '
+                              f'{entry["high"]:g}, got {value}')
+
+
+def _warn_of_strangers(node: Node, kinds: tuple[type, ...], given: dict[str, Any]) -> None:
+    """Warn of every value that was given under a name that nobody reads."""
+    known = [field.metadata['name'] for kind in kinds for field in dataclasses.fields(kind)]
+    by_last: dict[str, list[str]] = {}
+    for name in known:
+        by_last.setdefault(name.rpartition('.')[2], []).append(name)
+    for name in sorted(given.keys() - {*known, *FROM_ROS}):
+        last = name.rpartition('.')[2]
+        near = (by_last.get(last) or difflib.get_close_matches(name, known, n=1)
+                or by_last.get(*difflib.get_close_matches(last, by_last, n=1) or ('',)))
+        node.get_logger().warning(
+            f'there is no parameter {name}, its value is not used'
+            + (f'; did you mean {" or ".join(near)}?' if near else ''))

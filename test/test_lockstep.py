@@ -1,0 +1,182 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""Lock-step over DDS: one command, one turn; the same commands, the same bytes."""
+
+import math
+
+import pytest
+
+pytest.importorskip('rclpy', reason='rclpy is not installed')
+
+from processes import Reports, nanoseconds, send_sparingly
+from rclpy.serialization import deserialize_message
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import SetBool, Trigger
+
+from poststall_sim import topics
+from poststall_sim.ros import messages
+
+pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
+
+SHOWN = [topic for topic in topics.PUBLISHED if topic.fields is not None
+         and topic.by_default and messages.available(topic.type)]
+IN_STEP = [topic.name for topic in SHOWN
+           if topic.rate is not topics.Rate.ONCE and topic is not topics.CLOCK]
+JOINTS = topics.JOINT_STATES.name
+
+
+class Tape:
+    """The bytes of every topic but /diagnostics, as they come."""
+
+    def __init__(self, probe):
+        self.probe = probe
+        self.heard = {topic.name: [] for topic in SHOWN}
+        for topic in SHOWN:
+            probe.node.create_subscription(
+                messages.message_class(topic.type), topic.name, self.heard[topic.name].append,
+                messages.qos_profile(topics.Qos(1000, topic.qos.reliable, topic.qos.latched)),
+                raw=True)
+        probe.spin_until(lambda: all(self.heard.values()), 'the first state on every topic')
+        self.joints = deserialize_message(self.heard[JOINTS][0], JointState)
+        for name in IN_STEP:
+            self.heard[name].clear()
+
+    def steps(self):
+        return len(self.heard[JOINTS])
+
+    def time_ns(self):
+        """Return the time of the latest state, 0 before the first step."""
+        latest = self.heard[JOINTS][-1:]
+        return nanoseconds(
+            deserialize_message(latest[0], JointState).header.stamp) if latest else 0
+
+    def complete(self, count):
+        """Wait for so many messages of every topic and return the bytes by topic."""
+        self.probe.spin_until(
+            lambda: all(len(self.heard[name]) >= count for name in IN_STEP), f'{count} steps')
+        clocks = {nanoseconds(deserialize_message(data, Clock).clock)
+                  for data in self.heard[topics.CLOCK.name]}
+        return {name: list(data) for name, data in self.heard.items()
+                if name != topics.CLOCK.name}, clocks
+
+
+def pulled(joints, k):
+    """Return all commands of the step k: a pull into the stall, with some aileron."""
+    pull = {'elevator': -0.3 * min(k / 20, 1.0), 'aileron': 0.05 * math.sin(0.3 * k)}
+    return [position + pull.get(name, 0.0)
+            for name, position in zip(joints.name, joints.position)]
+
+
+def flown_by_name(probe, tape, count):
+    """Fly as a client that knows nothing of DDS does: send until the next state is there."""
+    publisher = probe.publisher(JointState, 'autopilot/surface_cmd')
+    for k in range(count):
+        command = JointState(name=tape.joints.name, position=pulled(tape.joints, k))
+        now_ns = tape.time_ns()
+        command.header.stamp.sec, command.header.stamp.nanosec = divmod(now_ns, 1_000_000_000)
+
+        def again(command=command, k=k):
+            publisher.publish(command)
+            return tape.steps() > k
+        probe.spin_until(again, f'step {k}')
+        publisher.publish(command)   # one more, that comes late
+
+
+def arrives(reports, publisher, message):
+    """Send a command that must not come twice until it counts; discovery may swallow the first."""
+    before = reports.number('commands', 'accepted')
+    send_sparingly(reports, publisher, message,
+                   lambda: reports.number('commands', 'accepted') > before, 'its count')
+    assert reports.number('commands', 'accepted') == before + 1
+
+
+def array_publisher(probe, tape, reports):
+    """Return a publisher of arrays that is heard, tried while the simulator is paused."""
+    publisher = probe.publisher(Float64MultiArray, 'surface_commands')
+    arrives(reports, publisher, Float64MultiArray(data=tape.joints.position))
+    reports.wait_for('pace', 'steps', '0')
+    assert probe.call(SetBool, 'pause', data=False).success
+    return publisher
+
+
+def flown_by_array(probe, tape, count):
+    """Fly slowly, with the clock of standing time coming several times at each step."""
+    publisher = array_publisher(probe, tape, Reports(probe))
+    clocks = tape.heard[topics.CLOCK.name]
+    for k in range(count):
+        publisher.publish(Float64MultiArray(data=pulled(tape.joints, k)))
+        probe.spin_until(lambda k=k: tape.steps() > k, f'step {k}')
+        seen = len(clocks)
+        probe.spin_until(lambda seen=seen: len(clocks) > seen + 1, 'the clock of standing time')
+
+
+def test_the_same_commands_give_the_same_bytes_at_any_speed(start, probe, another_graph):
+    """Fast and with every command sent again and again, or slowly and by another topic."""
+    count = 60
+    start('simulator', ros=['-p', 'lockstep:=command', '-p', 'rates.diagnostics:=10.0'])
+    fast = Tape(probe)
+    flown_by_name(probe, fast, count)
+    first, clocks = fast.complete(count)
+    reports = Reports(probe)
+    reports.wait_for('pace', 'steps', str(count))
+    probe.spin_until(lambda: reports.number('commands', 'repeated_in_lockstep') >= count,
+                     'the count of what came again')
+    assert reports.value('commands', 'accepted') == str(count)
+    assert reports.message('flight') == 'waits for the next command'
+
+    start_other, other = another_graph
+    start_other('simulator', ros=[
+        '-p', 'lockstep:=command', '-p', 'real_time_factor:=7.0', '-p', 'rates.clock:=20.0',
+        '-p', 'start_paused:=true', '-p', 'rates.diagnostics:=20.0'])
+    slow = Tape(other)
+    flown_by_array(other, slow, count)
+    second, slow_clocks = slow.complete(count)
+    assert {name: len(data) for name, data in first.items()} == {
+        name: len(data) for name, data in second.items()}
+    for name, data in first.items():
+        assert data == second[name], name
+    # /clock is best effort, so not every stamp need arrive; what does is of the same times.
+    times = {k * fast.time_ns() // count for k in range(count + 1)}
+    assert clocks <= times and slow_clocks <= times and fast.time_ns() in clocks
+    stalled = deserialize_message(first['strip_stalled'][-1], Float64MultiArray)
+    assert any(stalled.data)   # it was no cruise that was compared
+
+
+def test_lockstep_by_service_is_that_by_command_and_nothing_else_moves_it(
+        start, probe, another_graph):
+    count = 12
+    start('simulator', ros=['-p', 'lockstep:=service', '-p', 'rates.diagnostics:=10.0'])
+    asked = Tape(probe)
+    reports = Reports(probe)
+    reports.wait_for('flight', 'paused', 'false')
+    assert reports.message('flight') == 'waits for the step service'
+    for _ in range(count):
+        assert probe.call(Trigger, 'step').success
+    by_service, _ = asked.complete(count)
+    dt = asked.time_ns() // count
+    assert asked.time_ns() == count * dt
+    assert probe.set_parameter('step_count', 5).successful
+    assert probe.call(Trigger, 'step').message == (
+        f'at simulated time {17 * dt * 1e-9:.9g} s')
+    reports.wait_for('pace', 'steps', '17')   # unpaused all the while, and nothing else stepped
+
+    start_other, other = another_graph
+    start_other('simulator', ros=['-p', 'lockstep:=command', '-p', 'rates.diagnostics:=20.0',
+                                  '-p', 'start_paused:=true'])
+    told = Tape(other)
+    other_reports = Reports(other)
+    pilot = other.publisher(JointState, 'pilot/surface_cmd')
+    # Neither a full command while paused nor a part of one makes it advance.
+    array = array_publisher(other, told, other_reports)
+    arrives(other_reports, pilot,
+            JointState(name=['aileron'], position=[told.joints.position[0]]))
+    other_reports.wait_for('pace', 'steps', '0')
+    assert 'pause first' in other.call(Trigger, 'step').message
+    for k in range(count):
+        array.publish(Float64MultiArray(data=told.joints.position))
+        other.spin_until(lambda k=k: told.steps() > k, f'step {k}')
+    by_command, _ = told.complete(count)
+    for name in IN_STEP:
+        assert by_service[name][:count] == by_command[name], name

@@ -1,0 +1,29 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""What is not installed is said once, and everything else goes on."""
+
+import pytest
+
+pytest.importorskip('rclpy', reason='rclpy is not installed')
+
+from processes import Reports
+from std_srvs.srv import Trigger
+
+from poststall_sim.ros import optional
+
+pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
+
+
+@pytest.mark.skipif(not optional.missing(), reason='everything is installed here')
+def test_what_is_missing_is_said_once_and_left_out(start, probe):
+    simulator = start('simulator', ros=['-p', 'start_paused:=true'])
+    assert probe.call(Trigger, 'step').success
+    said = f'not installed here, so left out: {", ".join(optional.missing())}'
+    assert simulator.says().count(said) == 1
+    assert '[WARN]' not in simulator.says()
+    assert Reports(probe).value('flight', 'optional_parts_missing') == ', '.join(
+        optional.missing())
+    offered = {name for name, _ in probe.node.get_service_names_and_types()}
+    assert {'/step', '/pause', '/reset', '/trim', '/engage', '/save_state', '/load_state'} <= (
+        offered)
+    assert ('/step_simulation' in offered) == (optional.INTERFACES not in optional.missing())

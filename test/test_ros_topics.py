@@ -1,0 +1,334 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""Every row of the table as a subscriber meets it: type, QoS, frame, sign and rate, over DDS."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='rclpy is not installed')
+
+from geometry_msgs.msg import WrenchStamped
+from nav_msgs.msg import Odometry, Path
+from processes import Reports, nanoseconds, send_until
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import Imu, JointState, PointCloud2
+from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
+
+from poststall_sim import cdr, topics
+from poststall_sim.ros import messages
+from poststall_sim.ros.messages import available, message_class, qos_profile
+from poststall_sim.topics import Rate
+
+pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
+
+BEST_EFFORT = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+AVAILABLE = [topic for topic in topics.PUBLISHED if available(topic.type)]
+
+
+def test_every_topic_has_its_type_quality_frame_and_rate(start, probe):
+    """All at once, in real time, what is off by default switched on."""
+    simulator = start('simulator', ros=[
+        '-p', 'rates.ned:=10.0', '-p', 'rates.clock:=50.0', '-p', 'frames.map:=world',
+        '-p', 'frames.prefix:=left/', '-p', 'rates.path:=2.0', '-p', 'rates.views:=4.0',
+        '-p', 'rates.state:=20.0', '-p', 'sensors.imu.rate:=40.0', '-p', 'sensors.gps.rate:=4.0',
+        '-p', 'sensors.pitot.rate:=20.0', '-p', 'sensors.barometer.rate:=10.0'])
+    rates = {Rate.SENSED_IMU: 40.0, Rate.GPS: 4.0, Rate.PITOT: 20.0, Rate.BAROMETER: 10.0,
+             Rate.NED: 10.0, Rate.CLOCK: 50.0, Rate.PATH: 2.0, Rate.VIEWS: 4.0,
+             Rate.STATE: 20.0}
+    heard = {topic: probe.collect(message_class(topic.type), topic.name, qos_profile(topic.qos))
+             for topic in AVAILABLE}
+    probe.spin_until(lambda: all(heard.values()), 'every topic')
+    for topic in AVAILABLE:
+        info, = probe.node.get_publishers_info_by_topic(topic.name)
+        assert info.topic_type == topic.type
+        assert info.qos_profile.reliability == qos_profile(topic.qos).reliability, topic.name
+        assert info.qos_profile.durability == qos_profile(topic.qos).durability, topic.name
+    if not available('tf2_msgs/msg/TFMessage'):
+        assert simulator.says().count('tf2_msgs is not installed, so there is no /tf and no ') == 1
+        assert not probe.node.count_publishers('/tf')
+
+    clock, = (found for topic, found in heard.items() if topic is topics.CLOCK)
+    for found in heard.values():
+        found.clear()
+    probe.spin_until(lambda: len(clock) > 5, 'the clock')
+    begin = nanoseconds(clock[-1].clock)
+    probe.spin_until(lambda: nanoseconds(clock[-1].clock) > begin + 4_000_000_000, 'four seconds')
+    passed = 1e-9 * (nanoseconds(clock[-1].clock) - begin)
+    for topic, found in heard.items():
+        if topic.rate is Rate.ONCE:
+            assert not found, topic.name
+            continue
+        rate = rates.get(topic.rate, topic.rate.default)
+        if hasattr(found[0], 'header') and topic is not topics.DIAGNOSTICS:
+            gaps = np.diff([nanoseconds(message.header.stamp) for message in found])
+            assert np.median(gaps) == pytest.approx(1e9 / rate, rel=0.1, abs=8e6), topic.name
+        # A busy machine loses some of what is best effort.
+        assert 0.5 * rate * passed - 2 <= len(found) <= 1.1 * rate * passed + 2, topic.name
+
+    ours = {topic.name: found[-1] for topic, found in heard.items()
+            if found and hasattr(found[-1], 'header')}
+    in_map = {'pose', 'odom', 'path', 'wind/applied'}
+    aviation = {'odom_ned': 'world_ned', 'wrench_frd': 'left/base_link_frd'}
+    for name, message in ours.items():
+        if name not in ('joint_states', '/diagnostics'):
+            expected = 'world' if name in in_map else aviation.get(name, 'left/base_link')
+            assert message.header.frame_id == expected, name
+    assert ours['odom'].child_frame_id == 'left/base_link'
+    assert ours['odom_ned'].child_frame_id == 'left/base_link_frd'
+    assert ours['path'].poses[0].header.frame_id == 'world'
+
+
+def test_nothing_is_made_that_nobody_listens_to(probe, monkeypatch):
+    """Counted in the node itself, which runs here: what is filled into which message."""
+    from poststall_sim.ros import simulator
+
+    made = []
+    latched = {topic.type.rpartition('/')[2] for topic in AVAILABLE if topic.rate is Rate.ONCE}
+    made_of_state = {topic.type.rpartition('/')[2] for topic in AVAILABLE if topic.rate not in (
+        Rate.CLOCK, Rate.DIAGNOSTICS)} - latched
+    fill, serialize = messages.fill, cdr.serialize
+    monkeypatch.setattr(messages, 'fill', lambda message, fields: (
+        made.append(type(message).__name__), fill(message, fields))[1])
+    monkeypatch.setattr(cdr, 'serialize', lambda kind, fields: (
+        made.append(kind.rpartition('/')[2]), serialize(kind, fields))[1])
+    node = simulator.SimulatorNode(context=probe.context, cli_args=[
+        '--ros-args', '-p', 'start_paused:=true', '-p', 'rates.views:=1000.0', '-p',
+        'rates.path:=1000.0', '-p', 'rates.ned:=1000.0', '-p', 'rates.diagnostics:=0.1',
+        '-p', 'sensors.imu.rate:=1000.0', '-p', 'sensors.gps.rate:=1000.0'])
+    probe.executor.add_node(node)
+    try:
+        made.clear()
+        assert probe.call(Trigger, 'step').success
+        assert 'Clock' in made and not made_of_state & set(made)
+        for topic in (topics.MARKERS, topics.PATH, topics.GPS):
+            heard = probe.collect(message_class(topic.type), topic.name, qos_profile(topic.qos))
+            kind = topic.type.rpartition('/')[2]
+            probe.spin_until(
+                lambda kind=kind, heard=heard: probe.call(Trigger, 'step').success
+                and kind in made and heard, topic.name)
+        assert made_of_state & set(made) == {'MarkerArray', 'Path', 'NavSatFix'}
+    finally:
+        probe.executor.remove_node(node)
+        node.destroy_node()
+
+
+def test_sensors_without_errors_measure_what_there_is_and_come_late_as_told(start, probe):
+    """Over the equator, flying north at 15 m/s; the barometer's message 20 ms after its sample."""
+    start('simulator', ros=[
+        '-p', 'start_paused:=true', '-p', 'initial.altitude:=500.0', '-p', 'dt:=0.005',
+        '-p', 'initial.airspeed:=15.0', '-p', 'rates.diagnostics:=10.0', '-p', 'step_count:=40',
+        '-p', 'origin.longitude:=11.0', '-p', 'origin.altitude:=100.0',
+        '-p', 'sensors.imu.rate:=200.0', '-p', 'sensors.imu.accel_noise:=0.0',
+        '-p', 'sensors.imu.gyro_noise:=0.0', '-p', 'sensors.imu.gyro_bias:=[0.0, 0.0, 0.25]',
+        '-p', 'sensors.gps.rate:=200.0', '-p', 'sensors.gps.noise:=[0.0, 0.0, 0.0]',
+        '-p', 'sensors.gps.delay:=0.0',
+        '-p', 'sensors.pitot.rate:=200.0', '-p', 'sensors.pitot.noise:=0.0',
+        '-p', 'sensors.barometer.rate:=200.0', '-p', 'sensors.barometer.noise:=0.0',
+        '-p', 'sensors.barometer.delay:=0.02'])
+    heard = {topic: probe.collect(message_class(topic.type), topic.name, QoSProfile(
+        depth=100, reliability=ReliabilityPolicy.BEST_EFFORT))
+        for topic in (topics.SENSED_IMU, topics.GPS, topics.PITOT, topics.BAROMETER)}
+    odom = probe.collect(Odometry, 'odom')
+    ideal = probe.collect(Imu, 'imu')
+    probe.spin_until(lambda: odom and ideal and all(
+        probe.node.count_publishers(topic.name) for topic in heard), 'the simulator')
+
+    def stepped():
+        assert probe.call(Trigger, 'step').success
+        end = probe.node.get_clock().now().nanoseconds + 500_000_000
+        probe.spin_until(lambda: probe.node.get_clock().now().nanoseconds > end or all(
+            heard.values()), 'sensors')
+        return all(heard.values())
+    probe.spin_until(stepped, 'all sensors')
+
+    def latest():
+        """Return the sensors' latest messages, once they are of the instant that is shown."""
+        now = nanoseconds(odom[-1].header.stamp)
+        found = {topic: each[-1] for topic, each in heard.items()}
+        there = all(nanoseconds(message.header.stamp) == now - (
+            20_000_000 if topic is topics.BAROMETER else 0) for topic, message in found.items())
+        return found if there and nanoseconds(ideal[-1].header.stamp) == now else None
+    found = probe.spin_until(latest, 'the readings of the last step')
+    here, speed = odom[-1].pose.pose.position, odom[-1].twist.twist.linear
+
+    imu = found[topics.SENSED_IMU]
+    assert imu.linear_acceleration == ideal[-1].linear_acceleration
+    assert imu.angular_velocity.z == ideal[-1].angular_velocity.z + 0.25
+    gps = found[topics.GPS]
+    assert gps.latitude * 110_574.3 == pytest.approx(here.y, rel=1e-4) and here.y > 1.0
+    assert gps.longitude == pytest.approx(11.0, abs=1e-6)
+    assert gps.altitude == pytest.approx(here.z + 100.0)
+    # 500 m in the U.S. Standard Atmosphere, 1976: 95 461 Pa and 1.1673 kg/m^3.
+    assert found[topics.BAROMETER].fluid_pressure == pytest.approx(95_461.0, abs=5.0)
+    assert found[topics.PITOT].fluid_pressure == pytest.approx(
+        0.5 * 1.1673 * speed.x ** 2, rel=1e-3)
+
+
+@pytest.fixture
+def lockstep(start, probe):
+    """Start a paused simulator; return what steps it and shows the latest messages."""
+    start('simulator', ros=[
+        '-p', 'start_paused:=true', '-p', 'command.timeout:=1000.0', '-p', 'rates.ned:=50.0',
+        '-p', 'initial.altitude:=500.0', '-p', 'rates.diagnostics:=10.0',
+        '-p', 'initial.airspeed:=15.0'])
+
+    class Lockstep:
+        def __init__(self):
+            self.heard = {}
+            self.reports = Reports(probe)
+            self.command = probe.publisher(JointState, 'autopilot/surface_cmd')
+            self.joints = self.follow(JointState, 'joint_states')
+            self.trim = self.controls()
+            self.dt_ns = round(1e9 * self.reports.number('pace', 'dt_s'))
+
+        def follow(self, kind, name, qos=10):
+            heard = probe.collect(kind, name, qos)
+            probe.spin_until(lambda: heard, name)
+            if hasattr(heard[0], 'header'):
+                self.heard[name] = heard
+            return heard
+
+        def controls(self):
+            return dict(zip(self.joints[-1].name, self.joints[-1].position))
+
+        def step(self, count):
+            """Step, and wait until all that is followed shows the instant at the end."""
+            assert probe.set_parameter('step_count', count).successful
+            time_ns = nanoseconds(self.joints[-1].header.stamp) + count * self.dt_ns
+            assert probe.call(Trigger, 'step').success
+            probe.spin_until(lambda: all(
+                nanoseconds(heard[-1].header.stamp) == time_ns for heard in self.heard.values()),
+                'the step')
+
+        def move(self, **changes):
+            """Command controls away from trim, and wait until that has arrived."""
+            accepted = self.reports.number('commands', 'accepted')
+            message = JointState(name=list(changes), position=[
+                self.trim[name] + change for name, change in changes.items()])
+            send_until(probe, self.command, message, lambda: self.reports.number(
+                'commands', 'accepted') > accepted, 'the command')
+
+        def reset(self):
+            assert probe.call(Trigger, 'reset').success
+            stamp = nanoseconds(self.joints[-1].header.stamp)
+            probe.spin_until(lambda: all(
+                nanoseconds(heard[-1].header.stamp) == stamp for heard in self.heard.values())
+                and self.controls() == pytest.approx(self.trim), 'the reset')
+
+    return Lockstep()
+
+
+def test_each_control_makes_the_moment_that_its_sign_says(lockstep, probe):
+    """In FLU: roll to the right about +x, nose down about +y, nose to the left about +z."""
+    wrenches = lockstep.follow(WrenchStamped, 'wrench')
+    pushes = lockstep.follow(WrenchStamped, 'wrench/propulsion')
+    frd = lockstep.follow(WrenchStamped, 'wrench_frd')
+
+    def moments(**changes):
+        lockstep.reset()
+        lockstep.move(**changes)
+        lockstep.step(4)
+        torque = wrenches[-1].wrench.torque
+        return np.array([torque.x, torque.y, torque.z])
+
+    still = moments(elevator=0.0)
+    for control, axis in (('aileron', 0), ('elevator', 1), ('rudder', 2)):
+        for sign in (1.0, -1.0):
+            change = moments(**{control: sign * 0.1}) - still
+            assert sign * change[axis] > 0.2, control                   # N m
+            assert np.argmax(np.abs(change)) == axis, control
+    torque, ned = wrenches[-1].wrench.torque, frd[-1].wrench.torque
+    assert (torque.x, torque.y, torque.z) == (ned.x, -ned.y, -ned.z)    # nose right is + in FRD
+    assert ned.z > 0.0
+
+    before = pushes[-1].wrench.force.x
+    moments(throttle=0.3)
+    assert pushes[-1].wrench.force.x > before + 1.0
+    assert pushes[-1].header.frame_id == 'base_link'
+
+
+def test_joint_states_say_how_fast_a_control_moves(lockstep, probe):
+    lockstep.move(elevator=0.02, throttle=0.1)
+    lockstep.step(1)
+    joints = lockstep.joints[-1]
+    velocity = dict(zip(joints.name, joints.velocity))
+    dt = 1e-9 * lockstep.dt_ns
+    assert velocity['elevator'] == pytest.approx(0.02 / dt)
+    assert velocity['throttle'] == pytest.approx(0.1 / dt)
+    assert velocity['rudder'] == 0.0 and list(joints.effort) == [0.0] * 4
+    lockstep.step(1)
+    assert list(lockstep.joints[-1].velocity) == [0.0] * 4
+
+
+def test_an_accelerometer_feels_lift_and_rates_are_those_of_the_twist(lockstep, probe):
+    imu = lockstep.follow(Imu, 'imu')
+    odom = lockstep.follow(Odometry, 'odom')
+    wrench, push = (lockstep.follow(WrenchStamped, name) for name in (
+        'wrench', 'wrench/propulsion'))
+    assert imu[-1].linear_acceleration.z == pytest.approx(9.8, abs=0.1)
+    lockstep.move(elevator=-0.1, aileron=0.1)
+    lockstep.step(30)
+    felt, twist = imu[-1], odom[-1].twist.twist
+    force = [a + b for a, b in zip(*(
+        (w.force.x, w.force.y, w.force.z) for w in (wrench[-1].wrench, push[-1].wrench)))]
+    found = felt.linear_acceleration
+    # Newton: mass times specific force is all force but the weight; the trainer has 9 kg.
+    assert [9.0 * found.x, 9.0 * found.y, 9.0 * found.z] == pytest.approx(force, abs=1e-6)
+    assert found.z > 12.0                                 # pulling up
+    assert felt.angular_velocity == twist.angular
+    assert twist.angular.y < -0.1 and twist.angular.x > 0.1   # nose up, to the right
+    assert felt.orientation == odom[-1].pose.pose.orientation
+    assert np.linalg.norm([felt.orientation.x, felt.orientation.y, felt.orientation.z,
+                           felt.orientation.w]) == pytest.approx(1.0)
+
+
+def test_wind_shows_as_sideslip_at_once_and_as_drift_when_trimmed_in_it(lockstep, probe):
+    """Flying north, an air that goes west comes from the right: beta is positive."""
+    odom = lockstep.follow(Odometry, 'odom')
+    betas = lockstep.follow(Float64, 'air_data/beta')
+    speeds = lockstep.follow(Float64, 'air_data/airspeed')
+    assert probe.set_parameter('wind.velocity', [-3.0, 0.0, 0.0]).successful
+    betas.clear()
+    lockstep.step(1)
+    probe.spin_until(lambda: betas, 'beta')
+    assert betas[-1].data == pytest.approx(np.arcsin(3.0 / np.hypot(15.0, 3.0)), abs=0.02)
+    assert odom[-1].pose.pose.position.x == pytest.approx(0.0, abs=1e-2)
+    lockstep.reset()
+    betas.clear()
+    begin = odom[-1].pose.pose.position.x, nanoseconds(odom[-1].header.stamp)
+    lockstep.step(100)
+    probe.spin_until(lambda: betas, 'beta')
+    passed = 1e-9 * (nanoseconds(odom[-1].header.stamp) - begin[1])
+    assert (odom[-1].pose.pose.position.x - begin[0]) / passed == pytest.approx(-3.0, abs=0.05)
+    assert abs(betas[-1].data) < 0.02
+    assert speeds[-1].data == pytest.approx(15.0, abs=0.2)
+
+
+def test_views_are_there_for_who_looks_and_stand_where_the_aircraft_is(lockstep, probe):
+    lockstep.step(150)
+    odom = lockstep.follow(Odometry, 'odom')
+    clouds = lockstep.follow(PointCloud2, 'strips', BEST_EFFORT)
+    paths = lockstep.follow(Path, 'path', LATCHED)
+    markers = lockstep.follow(MarkerArray, 'markers')
+    here = odom[-1].pose.pose.position
+    assert clouds[-1].width == 33
+    names = [field.name for field in clouds[-1].fields]
+    points = np.frombuffer(bytes(clouds[-1].data), '<f4').reshape(33, -1)
+    assert points[0, names.index('y')] > 1.5 > -1.5 > points[19, names.index('y')]
+    assert 0.2 < points[:20, names.index('cl')].mean() < 1.0
+    assert not points[:, names.index('stalled')].any()
+    last = paths[-1].poses[-1].pose.position
+    assert (last.x, last.y, last.z) == (here.x, here.y, here.z)
+    assert paths[-1].poses[0].pose.position.y == 0.0 and len(paths[-1].poses) >= 5
+    assert {marker.ns: marker.header.frame_id for marker in markers[-1].markers} == {
+        'body': 'base_link', 'strips': 'base_link', 'lift': 'base_link', 'controls': 'base_link',
+        'wake': 'map'}
+    wake = next(marker for marker in markers[-1].markers if marker.ns == 'wake')
+    assert max(point.y for point in wake.points) == pytest.approx(here.y, abs=0.5)
+    before = len(paths[-1].poses)
+    lockstep.reset()
+    probe.spin_until(lambda: len(paths[-1].poses) < before, 'a new path')
+    assert paths[-1].poses[0].pose.position.y == 0.0
