@@ -265,8 +265,7 @@ class SimulatorNode(Node):
             return
         publisher, message = self._outlets[topic]
         self._shown_ns[topic] = self.flight.snapshot.time_ns
-        self._listeners[topic] = publisher.get_subscription_count()
-        if topic.rate in (Rate.CLOCK, Rate.ONCE) or self._listeners[topic]:
+        if topic.rate in (Rate.CLOCK, Rate.ONCE) or publisher.get_subscription_count():
             publisher.publish(messages.fill(
                 message, topic.fields(self.flight.snapshot, self.layout)))
 
