@@ -300,7 +300,7 @@ class SimulatorNode(Node):
                 health.flight(snapshot, paused=self.paused, reason=self.flight.paused_reason,
                               clock=clock, clock_sources=sources, waits_for=self._waits_for()),
                 health.following(self._follower, snapshot.time_ns, sources) if self.follows
-                else health.pace(self._pacer),
+                else health.pace(self._pacer, self._waits_for()),
                 health.solver(snapshot),
                 health.commands(self.desk, snapshot.time_ns, self.settings.command_source,
                                 self.inbox.turns.repeated)])))
