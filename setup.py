@@ -32,6 +32,7 @@ extras = {
     'plot': ['matplotlib>=3.6'],
     'progress': ['tqdm>=4.64'],
     'threads': ['threadpoolctl>=3.1'],
+    'control': ['control>=0.9.4'],
 }
 extras['all'] = sorted(sum(extras.values(), []))
 extras['test'] = [

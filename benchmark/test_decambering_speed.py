@@ -204,8 +204,8 @@ def measured():
     return [measure(name, form) for name in curves.STALLS for form in AngleForm]
 
 
-def test_cost_of_a_decambered_evaluation(measured, capsys):
-    """Print and keep the ratios; the larger of past stall and random for the non-local closure."""
+def table(measured):
+    """Return lines: the ratios and what is asked, then times and iterations."""
     lines = [f'{"one evaluation, 26 strips":28}' + ''.join(f'{key:>24}' for key in ASKED),
              f'{"asked":28}' + ''.join(f'{f"{op} {value:g}":>24}' for op, value in ASKED.values())]
     for case in measured:
@@ -223,8 +223,13 @@ def test_cost_of_a_decambered_evaluation(measured, capsys):
                 f'{found[key]["most iterations"]:<6d}'
                 for key in ('robust', 'D', 'non-local cold', 'non-local warm'))
                 + f'{found["LU_us"]:>14.1f},{found["prepare_us"]:>8.1f}')
+    return lines
+
+
+def test_cost_of_a_decambered_evaluation(measured, capsys):
+    """Print and keep the ratios; the larger of past stall and random for the non-local closure."""
     with capsys.disabled():
-        print('', *lines, sep='\n')
+        print('', *table(measured), sep='\n')
     keep('decambering', ASKED, flows=FLOWS, repetitions=REPETITIONS, tolerance=TOLERANCE,
          seed=SEED, cases=measured)
     assert len(measured) == 6

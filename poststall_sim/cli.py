@@ -1,19 +1,17 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The command `poststall`: polars, trims, flights and figures without a ROS graph.
+The command `poststall`: polars, trims, modes, flights and figures without a ROS graph.
 
 Angles are in degrees here, on the way in and out. Exit codes: 0 a result, 1 none (no trim, not
 converged, diverged), 2 bad input, said in one line on stderr.
 """
 
 import argparse
-import json
 import math
 import os
 import sys
-import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -21,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from poststall_sim import __version__, options
+from poststall_sim import __version__, option_values, options, terminal
 from poststall_sim.aero import model as models
 
 
@@ -33,22 +31,17 @@ def main(argv: list[str] | None = None) -> int:
     try:
         return _COMMANDS[arguments.command](arguments)
     except NoResultError as error:
-        _complain(error)
+        terminal.complain(error)
         return 1
     except BrokenPipeError:   # the reader, `head` perhaps, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except KeyboardInterrupt:
-        _complain('interrupted')
+        terminal.complain('interrupted')
         return 130
     except (ConfigError, ImportError, OSError) as error:
-        _complain(error)
+        terminal.complain(error)
         return 2
-
-
-def _complain(what: object) -> None:
-    """Say in one line what is wrong."""
-    print('poststall: ' + ' '.join(str(what).split()), file=sys.stderr)
 
 
 def _polar(arguments: argparse.Namespace) -> int:
@@ -67,7 +60,7 @@ def _polar(arguments: argparse.Namespace) -> int:
         np.radians(arguments.alpha), beta=math.radians(arguments.beta), rates=rates,
         deflected=jobs.deflections(model, {
             name: math.radians(value) for name, value in by_name.items()}))
-    points = list(_watched(
+    points = list(terminal.watched(
         jobs.polar(model, conditions, airspeed=arguments.airspeed, altitude=arguments.altitude,
                    up_and_down=up_and_down, random_starts=arguments.starts, seed=seed,
                    starts=jobs.given_starts(model, conditions, earlier) if earlier else None),
@@ -78,18 +71,18 @@ def _polar(arguments: argparse.Namespace) -> int:
         'rates': dict(zip(('pb_2V', 'qc_2V', 'rb_2V'), rates)), 'deflections_deg': by_name,
         'start': start, 'sweep': arguments.sweep, 'seed': seed, 'points': points}
     counted = ('solutions',) if arguments.starts else ()
-    _print_table(
+    terminal.print_table(
         ('alpha', *jobs.COEFFICIENTS, 'stalled', 'iterations', 'residual', 'uniqueness',
          *counted, ''), (_polar_row(point) for point in points))
-    _write_json(arguments.json, result)
+    terminal.write_json(arguments.json, result)
     if arguments.plot:
         from poststall_sim import plots
-        _drawn(plots.polar_figure(result, arguments.plot))
+        terminal.drawn(plots.polar_figure(result, arguments.plot))
     bad = [p for p in points if p['status'] != 'converged']
     if len(bad) == len(points) or any(p['status'] == 'diverged' for p in bad):
         raise jobs.NoResultError(f'{len(bad)} of {len(points)} points did not converge')
     if bad:
-        _complain(f'{len(bad)} of {len(points)} points did not converge, marked with !')
+        terminal.complain(f'{len(bad)} of {len(points)} points did not converge, marked with !')
     return 0
 
 
@@ -119,27 +112,75 @@ def _trim(arguments: argparse.Namespace) -> int:
         raise ConfigError(f'{model.aircraft.name} has no engine: --climb has no effect')
     trims = []
     if arguments.airspeed:
-        trims += _watched(
+        trims += terminal.watched(
             jobs.straight_trims(model, arguments.airspeed, altitude=arguments.altitude,
                                 climb_angle=math.radians(arguments.climb or 0.0)),
             len(arguments.airspeed), 'trim')
     if arguments.alpha:
-        trims += _watched(
+        trims += terminal.watched(
             jobs.glides(model, np.radians(arguments.alpha), altitude=arguments.altitude),
             len(arguments.alpha), 'glide')
     result = {**_head(arguments, model), 'axes': jobs.AXES, 'altitude_m': arguments.altitude,
               'trims': trims}
-    _print_table(
+    terminal.print_table(
         ('', 'V [m/s]', 'alpha', 'elevator', 'throttle', 'climb', 'sink [m/s]', 'residual', ''),
         ([t['kind'], f'{t["airspeed_m_s"]:z.3f}', f'{t["alpha_deg"]:z.3f}',
           f'{t["elevator_deg"]:z.3f}', f'{t["throttle"]:z.4f}', f'{t["climb_angle_deg"]:z.3f}',
           f'{t["sink_rate_m_s"]:z.3f}', f'{t["residual"]:.0e}', t['message']] for t in trims))
-    _write_json(arguments.json, result)
+    terminal.write_json(arguments.json, result)
     if arguments.plot:
         from poststall_sim import plots
-        _drawn(plots.trim_figure(result, arguments.plot))
+        terminal.drawn(plots.trim_figure(result, arguments.plot))
     if not any(t['trimmed'] for t in trims):
         raise jobs.NoResultError(f'no trim: {trims[-1]["message"]}')
+    return 0
+
+
+def _modes(arguments: argparse.Namespace) -> int:
+    from poststall_sim import jobs, modal_analysis
+    from poststall_sim.aircraft import ConfigError
+    kinds = modal_analysis.decamberings(
+        arguments.decambering or ('fixed' if arguments.no_decambering else 'variable'))
+    if arguments.no_decambering and arguments.decambering:
+        raise ConfigError('--decambering has no effect with --no-decambering')
+    if arguments.lag is not None and modal_analysis.LAGGED not in kinds:
+        raise ConfigError('--lag is for --decambering lagged or all')
+    if arguments.export and len(kinds) > 1:
+        raise ConfigError('--export writes one system: give --decambering fixed, variable or '
+                          'lagged')
+    if arguments.order is not None and not arguments.export:
+        raise ConfigError('--order is for --export')
+    model = _model(arguments)
+    flown = {'altitude': arguments.altitude, 'dt': arguments.dt, 'rows': arguments.wake,
+             'climb_angle': None if arguments.climb is None else math.radians(arguments.climb)}
+    alphas = np.radians(arguments.alpha)
+    found = terminal.watched(
+        modal_analysis.modes(
+            model, alphas, kinds=kinds, quasi_steady=arguments.quasi_steady, **flown),
+        len(alphas), 'modes')
+    result = {**_head(arguments, model), 'axes': jobs.AXES, 'strip_axes': jobs.STRIP_AXES,
+              'mode_units': modal_analysis.UNITS, 'altitude_m': arguments.altitude,
+              'climb_deg': arguments.climb, 'lag_chords': model.settings.lag,
+              'wake': model.settings.wake.value,
+              'points': [point for points in found for point in points]}
+    head, rows = modal_analysis.table(result['points'])
+    terminal.print_table(head, rows)
+    if any(modal_analysis.MARK in cell for row in rows for cell in row):
+        terminal.say(f'{modal_analysis.MARK} less than half of the mode is the body, the rest is '
+                     'wake')
+    terminal.write_json(arguments.json, result)
+    if arguments.plot:
+        from poststall_sim import plots
+        terminal.drawn(plots.modes_figure(result, arguments.plot))
+    points = result['points']
+    bad = [point for point in points if point['status'] != 'converged']
+    if len(bad) == len(points):
+        raise jobs.NoResultError(f'no modes: {bad[-1]["message"]}')
+    if bad:
+        terminal.complain(f'{len(bad)} of {len(points)} points have no modes, see the last column')
+    if arguments.export:
+        terminal.say(modal_analysis.export(
+            arguments.export, model, alphas, kind=kinds[0], order=arguments.order, **flown))
     return 0
 
 
@@ -152,9 +193,9 @@ def _fly(arguments: argparse.Namespace) -> int:
     duration = arguments.duration or scenario.duration
     airspeed = arguments.airspeed or scenario.airspeed
     altitude = arguments.altitude or scenario.altitude
-    for name, value, limits in (('airspeed_m_s', airspeed, options.AIRSPEED),
-                                ('altitude_m', altitude, options.HEIGHT)):
-        if complaint := options.refused(value, limits):
+    for name, value, limits in (('airspeed_m_s', airspeed, option_values.AIRSPEED),
+                                ('altitude_m', altitude, option_values.HEIGHT)):
+        if complaint := option_values.refused(value, limits):
             raise ConfigError(f'scenario {scenario.name}: {name} {complaint}')
     model = _model(arguments)   # refuses what is wrong with the definition
     jobs.require_controls(model, scenario)
@@ -163,11 +204,11 @@ def _fly(arguments: argparse.Namespace) -> int:
             if getattr(arguments, name) is not None:
                 raise ConfigError(
                     f'--{name} has no effect with --resume: the flight goes on as saved')
-        with _patience():
+        with terminal.patience():
             flight = jobs.resumed(model, arguments.resume, duration)
     else:
         try:
-            with _patience():
+            with terminal.patience():
                 flight = simulation.start(
                     model.aircraft, model.settings, airspeed=airspeed, altitude=altitude,
                     wind_N=np.zeros(3) if arguments.wind is None else
@@ -176,36 +217,38 @@ def _fly(arguments: argparse.Namespace) -> int:
             raise jobs.NoResultError(jobs.explained(str(error))) from None
     with _recorder(arguments.record, flight) as recorder:
         log = jobs.FlightLog(flight)   # from here on it counts the wall time
-        for snapshot in _watched(jobs.fly(flight, scenario, duration, recorder),
+        for snapshot in terminal.watched(jobs.fly(flight, scenario, duration, recorder),
                                  round(duration * 1e9 / flight.dt_ns), 'fly'):
             log.add(snapshot)
     if arguments.save:
         flight_file.save_state(flight, arguments.save)
     summary = log.summary(flight)
     deepest, bag = summary['deepest_stall'], arguments.record
-    _print_rows(f'{model.aircraft.name}, {scenario.name}: {summary["flown_s"]:.2f} s flown in '
-                f'{summary["wall_time_s"]:.2f} s', (
-        ('real-time factor', f'{summary["real_time_factor"]:.2f}'),
-        ('steps', f'{summary["steps"]} of {1e3 * summary["dt_s"]:g} ms'),
-        ('iterations', f'mean {summary["iterations_mean"]:.2f}, max '
-         f'{summary["iterations_max"]}; steps not converged: {summary["not_converged_steps"]}'),
-        ('largest residual', f'{summary["residual_max"]:.1e}'),
-        ('deepest stall', 'none' if not deepest['stalled_wing_strips'] else
-         f'{deepest["stalled_wing_strips"]} of {summary["wing_strips"]} wing strips at '
-         f'{deepest["time_s"]:.2f} s, alpha {deepest["alpha_deg"]:.1f} deg, '
-         f'CL {deepest["CL"]:.2f}'),
-        ('stalled at the end', f'{summary["stalled_strips_at_end"]} strips'),
-        ('altitude lost', f'{summary["altitude_lost_m"]:.1f} m'),
-        *([('bag', bag)] if bag else []),
-        *([('saved', arguments.save)] if arguments.save else [])))
-    _write_json(arguments.json, {
+    terminal.print_rows(
+        f'{model.aircraft.name}, {scenario.name}: {summary["flown_s"]:.2f} s flown in '
+        f'{summary["wall_time_s"]:.2f} s', (
+            ('real-time factor', f'{summary["real_time_factor"]:.2f}'),
+            ('steps', f'{summary["steps"]} of {1e3 * summary["dt_s"]:g} ms'),
+            ('iterations', f'mean {summary["iterations_mean"]:.2f}, max '
+             f'{summary["iterations_max"]}; steps not converged: '
+             f'{summary["not_converged_steps"]}'),
+            ('largest residual', f'{summary["residual_max"]:.1e}'),
+            ('deepest stall', 'none' if not deepest['stalled_wing_strips'] else
+             f'{deepest["stalled_wing_strips"]} of {summary["wing_strips"]} wing strips at '
+             f'{deepest["time_s"]:.2f} s, alpha {deepest["alpha_deg"]:.1f} deg, '
+             f'CL {deepest["CL"]:.2f}'),
+            ('stalled at the end', f'{summary["stalled_strips_at_end"]} strips'),
+            ('altitude lost', f'{summary["altitude_lost_m"]:.1f} m'),
+            *([('bag', bag)] if bag else []),
+            *([('saved', arguments.save)] if arguments.save else [])))
+    terminal.write_json(arguments.json, {
         **_head(arguments, model), 'scenario': scenario.name, 'airspeed_m_s': airspeed,
         'altitude_m': altitude, 'wind_enu_m_s': swap_ned_enu(flight.wind_N).tolist(),
         'bag': str(bag) if bag else None, 'summary': summary, 'series': log.series})
     if flight.paused_reason:
         if flight.paused_reason.startswith('diverged'):
             raise jobs.NoResultError(flight.paused_reason)
-        _complain(f'the flight ended early: {flight.paused_reason}')
+        terminal.complain(f'the flight ended early: {flight.paused_reason}')
     return 0
 
 
@@ -222,21 +265,21 @@ def _plot(arguments: argparse.Namespace) -> int:
     output = arguments.output or bag.resolve().with_name(f'{bag.resolve().name}_figures')
     try:
         flight = bags.flight_data(bag, _aircraft(arguments) if arguments.aircraft else None)
-        with _patience('drawing'):
+        with terminal.patience('drawing'):
             drawn = figures.draw_flight(flight, output)
     except recording.BagError as error:
         raise ConfigError(str(error)) from None
     for path in drawn:
-        _drawn(path)
+        terminal.drawn(path)
     for note in flight.notes:
-        _complain(note)
-    _write_json(arguments.json, {
+        terminal.complain(note)
+    terminal.write_json(arguments.json, {
         'bag': str(bag), 'name': flight.name, 'figures': [str(path) for path in drawn],
         'notes': list(flight.notes), 'flight': bags.extremes(flight)})
     return 0
 
 
-_COMMANDS = {'polar': _polar, 'trim': _trim, 'fly': _fly, 'plot': _plot}
+_COMMANDS = {'polar': _polar, 'trim': _trim, 'modes': _modes, 'fly': _fly, 'plot': _plot}
 
 
 def _aircraft(arguments: argparse.Namespace):
@@ -254,7 +297,7 @@ def _model(arguments: argparse.Namespace):
         replace(surface, strips=int(n)) for surface, n in zip(aircraft.surfaces, strips)))
     ell = _of_surfaces('ell', arguments.ell, names, [models.DEFAULTS.ell] * len(names))
     settings = _settings(arguments, ell[0] if len(set(ell)) == 1 else tuple(ell))
-    with _patience():
+    with terminal.patience():
         return models.build(aircraft, settings)
 
 
@@ -292,7 +335,7 @@ def _settings(arguments: argparse.Namespace, ell: float | tuple[float, ...]):
         raise ConfigError('--start schemeA1 is for schemes A to D: give --scheme')
     for name, law in (('lag', 'lag'), ('relaxation', 'goman_khrabrov'),
                       ('delay', 'goman_khrabrov')):
-        if asked.get(name) is not None and asked['separation'] != law:
+        if asked.get(name) is not None and asked.get('separation', law) != law:
             raise ConfigError(f'--{name} is for --separation {law}')
     if arguments.no_decambering:
         idle = [name for name in ('closure', 'ell', 'scheme', 'damping', 'symmetric', 'tolerance',
@@ -303,7 +346,8 @@ def _settings(arguments: argparse.Namespace, ell: float | tuple[float, ...]):
              'tolerance': asked.get('tolerance'), 'limit': asked.get('limit'),
              'scheme': Scheme(scheme) if scheme else None,
              'separation': Separation(asked['separation']) if asked.get('separation') else None,
-             'wake': Shape(asked['wake']) if asked.get('wake') else None,
+             'wake': Shape.FROZEN if asked.get('frozen_wake') else
+             Shape(asked['wake']) if isinstance(asked.get('wake'), str) else None,
              **{name: asked.get(name) for name in ('lag', 'relaxation', 'delay', 'ground')}}
     return models.Settings(
         closure=closure, ell=ell, decambering=not arguments.no_decambering,
@@ -347,52 +391,6 @@ def _recorder(path: Path | None, flight) -> Iterator:
         raise ConfigError(str(error)) from None
     with recorder:
         yield recorder
-
-
-@contextmanager
-def _patience(what: str = 'compiling the solver, once: up to a minute') -> Iterator[None]:
-    """Say what takes the time if the block takes more than two seconds."""
-    timer = threading.Timer(2.0, lambda: print(f'{what} ...', file=sys.stderr, flush=True))
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
-
-
-def _watched(items: Iterable, total: int, what: str) -> Iterator:
-    """Yield items behind a progress bar, shown on a terminal after two seconds."""
-    try:
-        from tqdm import tqdm
-    except ImportError:
-        yield from items
-        return
-    yield from tqdm(items, total=total, desc=what, delay=2.0, disable=None, leave=False)
-
-
-def _print_table(head: tuple[str, ...], rows: Iterable[list[str]]) -> None:
-    """Print columns of numbers, right-aligned; text, the first and last column, to the left."""
-    rows = [list(head), *rows]
-    widths = [max(len(row[k]) for row in rows) for k in range(len(head))]
-    for row in rows:
-        print('  '.join(cell.ljust(width) if not name else cell.rjust(width)
-                        for cell, width, name in zip(row, widths, head)).rstrip())
-
-
-def _print_rows(title: str, rows: Iterable[tuple[str, object]]) -> None:
-    print(title)
-    for name, value in rows:
-        print(f'  {name:<19} {value}')
-
-
-def _drawn(path: Path) -> None:
-    print(f'figure {path}')
-
-
-def _write_json(path: Path | None, result: dict[str, Any]) -> None:
-    if path is not None:
-        path.write_text(json.dumps(result, indent=1, allow_nan=False) + '\n')
 
 
 if __name__ == '__main__':

@@ -171,7 +171,7 @@ def straight_trims(model: Model, airspeeds: Sequence[float], *, altitude: float,
                               climb_angle=climb_angle, alpha0=alpha0)
         if found.status is Status.CONVERGED:
             alpha0 = found.alpha
-        row = _trim(model, found, kind, altitude)
+        row = trim_result(model, found, kind, altitude)
         yield {**row, 'message': explained(row['message'])}
 
 
@@ -182,10 +182,11 @@ def glides(model: Model, alphas: Sequence[float], *, altitude: float) -> Iterato
         found = trims.glide(model, alpha=alpha, altitude=altitude, delta0=delta0)
         if found.status is Status.CONVERGED:
             delta0 = found.aero.strips.delta
-        yield _trim(model, found, 'glide', altitude)
+        yield trim_result(model, found, 'glide', altitude)
 
 
-def _trim(model: Model, found: Trim, kind: str, altitude: float) -> Result:
+def trim_result(model: Model, found: Trim, kind: str, altitude: float) -> Result:
+    """Return a trim; kind : `powered` or `glide`."""
     density = standard_air(altitude).density
     controls = {f'{name}_deg': math.degrees(value) for name, value in
                 zip(model.aircraft.control_names, found.controls.deflections)}

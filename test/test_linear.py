@@ -10,11 +10,14 @@ import numpy as np
 import pytest
 import wings
 
-from poststall_sim.aero import solver
+from poststall_sim.aero import solver, wash
+from poststall_sim.aero import wake as wakes
 from poststall_sim.aero.decambering import Closure
 from poststall_sim.aero.history import History
 from poststall_sim.aero.model import Onset, Settings, build
+from poststall_sim.aero.separation import Separation
 from poststall_sim.aero.wake import Placement, Shape
+from poststall_sim.aircraft import ConfigError
 from poststall_sim.frames import body_to_geometry, geometry_to_body
 from poststall_sim.stability import linear
 
@@ -139,3 +142,58 @@ def test_every_block_is_the_difference_of_the_march(step, name, size):
         for one, other in zip(found, expected):
             # Twelve digits of the closure over a step of 1e-5.
             assert one == pytest.approx(other, rel=1e-5, abs=2e-6 * np.abs(other).max() + 1e-7)
+
+
+def test_displaced_rows_are_the_difference_of_the_wake_they_are_of():
+    """
+    Wing and tail, rows that are shifted and turned about the centre of gravity, one at a time.
+
+    Against the velocity that the march has of such a wake; the last takes the closing row along.
+    """
+    machine = curves.with_strips(curves.wing_tail(curves.airfoil('gentle')), wing=8, tail=4)
+    model = build(machine, Settings(
+        chordwise=2, wake_length=(ROWS - 0.5) * SPEED * DT, **wings.EXACTLY))
+    lattice, air = model.lattice, wings.onset(SPEED, 0.1)
+    flaps = np.zeros(len(machine.controls))
+    aero = solver.steady(model, air, flaps, density=wings.DENSITY)
+    found = linear.linearise(
+        model, air, flaps, aero, density=wings.DENSITY, dt=DT).sway
+    cg, row_G = np.array(machine.mass.cg_G), DT * air.velocity_G
+    at_edge = aero.circulation[lattice.te_panel]
+    straight = wakes.straight(lattice, HERE, row_G, ROWS, at_edge)
+    assert len(found.foreign) == ROWS
+
+    def seen(row, m, size):
+        nodes = HERE.to_geometry(np.concatenate([straight.moving_A, straight.settled_A]))
+        step_G = body_to_geometry(size * np.eye(3)[m % 3])
+        nodes[row] += step_G if m < 3 else np.cross(step_G, nodes[row] - cg)
+        moved = HERE.to_inertial(nodes)
+        history = History(moved[1:], np.tile(at_edge, (ROWS, 1)))
+        one = dataclasses.replace(straight, settled=history, first=history.first)
+        everywhere, _ = wash.velocity(one, lattice, model.felt, HERE, False)
+        everything, foreign, at_edges = wash.on_lattice(everywhere, model.felt, lattice.normal)
+        return everything, foreign, at_edges.ravel()
+
+    for row in (1, 2, 5, ROWS):
+        for m in range(6):
+            columns = [(ahead - back) / 2e-4 for ahead, back in zip(
+                seen(row, m, 1e-4), seen(row, m, -1e-4))]
+            for one, blocks in zip(columns, (found.normalwash, found.foreign, found.at_edges)):
+                expected = blocks[row - 1, :, m]
+                assert one == pytest.approx(expected, abs=1e-3 * np.abs(expected).max() + 1e-5)
+
+
+@pytest.mark.parametrize('wrong', [
+    {'ground': True}, {'unsteady': False}, {'separation': Separation.GOMAN_KHRABROV}])
+def test_what_is_not_in_the_equations_is_refused(wrong):
+    model = build(curves.wing_alone(curves.airfoil('gentle'), 6), Settings(chordwise=1, **wrong))
+    air = wings.onset(SPEED, 0.1)
+    aero = solver.steady(model, air, np.zeros(0), density=wings.DENSITY)
+    with pytest.raises(ConfigError, match='linear system'):
+        linear.linearise(model, air, np.zeros(0), aero, density=wings.DENSITY, dt=DT)
+
+
+def test_a_flow_without_a_derivative_says_so(step):
+    assert not step.linear.at_fold
+    for condition in (1e7, math.inf, math.nan):
+        assert dataclasses.replace(step.linear, condition=condition).at_fold

@@ -18,6 +18,7 @@ import wings
 
 from poststall_sim.aero import solver
 from poststall_sim.aero.model import Settings, build
+from poststall_sim.aero.polars import section_polar
 from poststall_sim.aircraft import Aircraft, MassProperties, Reference
 from poststall_sim.state import Status
 
@@ -73,33 +74,24 @@ def up_and_down(rows):
     return np.concatenate([up, up[-2::-1]])
 
 
-SHARP = pytest.mark.xfail(strict=True, reason='open: 0.074 in a step of 0.5 deg, and the section '
-                          'itself falls by 0.096 in as much')
-THROUGH = [
-    *((stall, rows, None) for stall in curves.STALLS for rows in (4, 8)),
-    *((stall, rows, k) for stall in curves.STALLS for rows in (4, 8) for k in (0.05, 0.1))]
-
-
-@pytest.mark.parametrize(('stall', 'rows', 'k'), [
-    pytest.param(*case, marks=[pytest.mark.soak] * (case[1] == 8)
-                 + [SHARP] * (case == ('sharp', 4, 0.1))) for case in THROUGH])
+@pytest.mark.parametrize('k', [None, 0.05, 0.1])
+@pytest.mark.parametrize('rows', [1, 2, 4, 8])
+@pytest.mark.parametrize('stall', curves.STALLS)
 def test_lift_does_not_jump_on_the_way_through_stall(stall, rows, k):
-    """Ramp 0-35-0 deg, or 15 +- 10 deg at k: below 0.06 in a step, and every step converges."""
-    machine = curves.wing_alone(curves.airfoil(stall))
-    lift, results = marched(
-        machine, stall, up_and_down(rows) if k is None else swing(rows, k), rows)
+    """
+    Ramp 0-35-0 deg, or 15 +- 10 deg at k: below 0.06 in a step, and every step converges.
+
+    Where the section by itself changes by more in one of these steps, below that: long steps turn
+    by up to 2 deg, in which attached lift rises by 0.15 and that of the sharp stall falls by 0.35.
+    """
+    foil = curves.airfoil(stall)
+    angle = up_and_down(rows) if k is None else swing(rows, k)
+    lift, results = marched(curves.wing_alone(foil), stall, angle, rows)
     assert all(r.status is Status.CONVERGED for r in results)
     assert max(saw_tooth(r.strips.cl) for r in results) < 0.01
     assert lift.max() > 1.5 and np.ptp(lift) > 0.6   # up to the stall, and through it
-    assert np.abs(np.diff(lift)).max() < 0.06
-
-
-def test_lift_in_a_sharp_stall_falls_no_faster_than_the_section():
-    """At k = 0.1: below what the section at its steepest loses in the turn of a step."""
-    angle = swing(4, 0.1)
-    lift, _ = marched(curves.wing_alone(curves.airfoil('sharp')), 'sharp', angle, 4)
-    most = -curves.STALLS['sharp'].steepest * np.abs(np.diff(angle)).max()
-    assert np.abs(np.diff(lift)).max() < most
+    section = section_polar(foil).at(angle)[:, 0]
+    assert np.abs(np.diff(lift)).max() < max(0.06, np.abs(np.diff(section)).max())
 
 
 def strip_theory(model, foil, onset):
@@ -176,7 +168,6 @@ def test_flight_over_its_back_at_two_metres_a_second():
             continue
         speeding = (motion(t + 1e-5) - motion(t - 1e-5)) / 2e-5
         carried = -wings.DENSITY * (model.added_mass @ speeding)[:3] * [-1, 1, -1]
-        # Backward differences lag by a thirtieth of the added mass; both are up to 300 N here.
         # Backward differences of the second order: 1e-3 of the 260 N that the plates carry along.
         assert load == pytest.approx(strip_theory(model, foil, air(t)) + carried, abs=1.0)
         beyond += 1

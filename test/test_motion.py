@@ -17,19 +17,22 @@ import wings
 from scipy.optimize import least_squares
 
 from poststall_sim import simulation
+from poststall_sim import trim as trims
 from poststall_sim.aero import model as models
 from poststall_sim.aero.model import Settings
 from poststall_sim.aero.separation import Separation
 from poststall_sim.aero.wake import Shape
 from poststall_sim.aircraft import MassProperties
 from poststall_sim.atmosphere import standard_air
-from poststall_sim.frames import euler_from_quaternion, quaternion_from_euler
+from poststall_sim.frames import euler_from_quaternion, quaternion_from_euler, rotation
 from poststall_sim.stability import derivatives, flight, motion
 from poststall_sim.stability.motion import Decambering
 from poststall_sim.state import BodyState
 
 ALTITUDE = 300.0
 LONGITUDINAL, LATERAL = [0, 2, 4, 7], [1, 3, 5, 6]
+
+
 def trainer(heavier=1.0):
     """Return the trainer with few strips, its mass and inertia times a factor."""
     machine = curves.with_strips(wings.shipped_aircraft('trainer'), wing=10, tail=4, fin=3)
@@ -57,7 +60,7 @@ class Trimmed:
 
     def modes(self, decambering):
         return flight.flight_modes(
-            self.model, self.systems[decambering], self.trim, decambering.value)[0]
+            self.model, self.systems[decambering], self.trim, decambering)[0]
 
     def own(self, decambering):
         """Return the eigenvalues [1/s] that are the body's for the most part."""
@@ -124,7 +127,7 @@ def test_an_eigenvalue_is_the_rate_at_which_the_linear_march_dies_away(degrees, 
     system = Trimmed(degrees).systems[decambering]
     z, vectors, residual = motion.arnoldi(system, 12)
     assert residual.max() < 1e-10
-    solve = motion.factors(system.e)
+    solve = motion.factorised(system.e)
     for each, vector in zip(z, vectors):
         x = vector
         for _ in range(20):
@@ -163,17 +166,20 @@ def lasting(at, decambering, wanted, known=()):
                  for record, rest in zip(records, (others, linear)))
 
 
+@pytest.mark.parametrize('shape', [Shape.FROZEN, Shape.PRESCRIBED])
 @pytest.mark.parametrize('decambering', [Decambering.VARIABLE, Decambering.LAGGED])
 @pytest.mark.parametrize('degrees', [4, 20])
-def test_modes_are_those_of_the_simulation_with_the_same_wake(degrees, decambering):
+def test_modes_are_those_of_the_simulation_with_the_same_wake(degrees, decambering, shape):
     """
     Each mode slower than 3/s, or past the stall all of the body's five: within 1 %.
 
     The simulation predicts and corrects, the linear system solves both at once, and the air's
-    density changes with altitude in the one only.
+    density changes with altitude in the one only. With the wake in the air 2 %, or 0.002 1/s: it
+    leaves the edge from where the simulation has predicted it.
     """
     lagged = decambering is Decambering.LAGGED
-    at = Trimmed(degrees, separation=Separation.LAG if lagged else Separation.QUASI_STEADY)
+    at = Trimmed(degrees, separation=Separation.LAG if lagged else Separation.QUASI_STEADY,
+                 shape=shape)
     held, known = [], []
     for value in sorted(at.own(decambering), key=lambda value: -value.real):
         if abs(value) < 1e-6 or value.real < -3.0:
@@ -181,25 +187,37 @@ def test_modes_are_those_of_the_simulation_with_the_same_wake(degrees, decamberi
         found, marched = lasting(at, decambering, value, known)
         known.append((value, found))
         print(f'{value:.4f} linear, {marched:.4f} marched, {found:.4f} simulated')
-        assert abs(marched - value) < 0.03 * abs(value)
-        assert abs(found - marched) < 0.01 * abs(value)
+        assert abs(marched - value) < 5e-3 * abs(value)
+        bound = 0.01 * abs(value) if shape is Shape.FROZEN else max(0.02 * abs(value), 2e-3)
+        assert abs(found - marched) < bound
         held.append(value)
     assert len(held) >= (3 if degrees == 4 else 5)
 
 
-def test_the_inertial_wake_makes_a_difference_that_is_told():
-    """Past the stall the modes of a wake that stays in the air: the figures of the README."""
-    frozen, real = Trimmed(20), Trimmed(20, shape=Shape.PRESCRIBED)
-    linear = {mode.name: mode.eigenvalue for mode in frozen.modes(Decambering.VARIABLE).modes}
-    known, apart = [], {}
-    for name in ('spiral', 'Dutch roll', 'phugoid', 'short period'):
-        found, _ = lasting(real, Decambering.VARIABLE, linear[name], known)
-        known.append((linear[name], found))
-        apart[name] = abs(found - linear[name]) / abs(linear[name])
-        print(f'{name}: frozen wake {linear[name]:.3f}, inertial wake {found:.3f} 1/s, '
-              f'{apart[name]:.1%}')
-    assert max(apart.values()) < 0.1
-    assert max(apart.values()) > 0.01   # and it is not the same
+def test_a_wake_in_the_air_is_not_one_that_is_frozen():
+    """
+    Past the stall, lateral modes: their sideslip turns a wake in the air, and a frozen one not.
+
+    Attached, the air's load at rest is that of steady flow, with a wake that turns; what is left
+    is the straight wake of a steady turn.
+    """
+    apart = {}
+    frozen, real = (Trimmed(20, shape=shape).modes(Decambering.VARIABLE).modes[:5]
+                    for shape in (Shape.FROZEN, Shape.PRESCRIBED))
+    for one, other in zip(frozen, real):
+        assert one.name == other.name
+        apart[one.name] = abs(one.eigenvalue - other.eigenvalue) / abs(other.eigenvalue)
+        print(f'{one.name}: frozen wake {one.eigenvalue:.3f}, in the air {other.eigenvalue:.3f} '
+              f'1/s, {apart[one.name]:.1%}')
+    assert apart['phugoid'] < 0.01
+    assert 0.03 < apart['spiral'] < 0.1 and 0.03 < apart['Dutch roll'] < 0.1
+    at = Trimmed(4, shape=Shape.PRESCRIBED, chords=20.0)
+    still = motion.response(at.systems[Decambering.VARIABLE], 1.0).real
+    steady = derivatives.quasi_steady(
+        at.model, at.trim, density=standard_air(ALTITUDE).density).motion
+    by_velocity, by_rates = still[:, :3] - steady[:, :3], still[:, 3:] - steady[:, 3:]
+    assert np.abs(by_velocity).max() < 1e-4 * np.abs(steady[:, :3]).max()
+    assert np.abs(by_rates).max() < 0.02 * np.abs(steady[:, 3:]).max()
 
 
 def test_modes_converge_with_panels_steps_and_wake():
@@ -226,9 +244,9 @@ def test_a_heavy_aircraft_has_the_modes_of_quasi_steady_air():
     Slow modes within 2 %, the short period within 10 %: at its reduced frequency of 0.02 the
     wake takes 3 % of the lift and shifts it by as much of a radian. The spiral, a small
     difference of large moments, is within 2 % of the same lattice's at rest only: in the classical
-    equations the wake turns with sideslip, and that changes the spiral by a fifth.
+    equations the wake of a steady turn is straight, and that changes the spiral by an eighth.
     """
-    at = Trimmed(4, heavier=20.0, chords=20.0)
+    at = Trimmed(4, heavier=20.0, chords=20.0, shape=Shape.PRESCRIBED)
     system = at.systems[Decambering.VARIABLE]
     lattice = {mode.name: mode for mode in at.modes(Decambering.VARIABLE).modes}
     classical = {mode.name: mode for mode in flight.quasi_steady_modes(
@@ -258,3 +276,33 @@ def test_loads_at_rest_are_the_stability_derivatives():
         at.model, at.trim, density=standard_air(ALTITUDE).density)
     # The steady wake turns with the stream, the frozen one stays: 2 % of the largest.
     assert still == pytest.approx(found.motion, abs=0.02 * np.abs(found.motion).max())
+
+
+def test_a_gust_blows_on_the_engine_as_well():
+    """Powered level flight: a wind that rises at once along the flight, simulated and linear."""
+    at = Trimmed(4, shape=Shape.PRESCRIBED)
+    level = trims.powered(at.model, alpha=math.radians(4.0), altitude=ALTITUDE)
+    dt_ns = simulation.automatic_dt_ns(at.model, level.airspeed)
+    found = flight.linearise(at.model, level, altitude=ALTITUDE,
+                             decamberings=(Decambering.VARIABLE,), dt=dt_ns * 1e-9)
+    system = found.systems[Decambering.VARIABLE]
+    gust_B, steps = np.array([0.02, 0.0, 0.01]), 100
+    body = BodyState(np.array([0.0, 0.0, -ALTITUDE]), level.velocity_B, np.zeros(3), level.q_NB)
+
+    def flown(sign):
+        state, _ = simulation.begin(at.model, body, level.controls, dt_ns=dt_ns,
+                                    delta0=level.aero.strips.delta)
+        wind_N = sign * rotation(level.q_NB) @ gust_B
+        for _ in range(steps):
+            state, _ = simulation.step(
+                at.model, state, level.controls, dt_ns=dt_ns, wind_N=wind_N)
+        return np.concatenate([state.body.velocity_B, state.body.rates_B])
+
+    entering = system.b[:, [system.inputs.index(f'gust_{axis}') for axis in 'uvw']] @ gust_B
+    solve, x = motion.factorised(system.e), np.zeros(system.size)
+    for _ in range(steps):
+        x = solve.solve(system.a @ x + entering)
+    simulated, linear = 0.5 * (flown(1.0) - flown(-1.0)), x[system.own][:6]
+    assert abs(simulated[0]) > 1e-3
+    # The gust is there at the first step's end in the one, and from its begin on in the other.
+    assert linear == pytest.approx(simulated, abs=0.02 * np.abs(simulated).max())

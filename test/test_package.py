@@ -30,6 +30,7 @@ LIBRARIES = {
     'tqdm': ('python3-tqdm', 'tqdm'),
     'rosbags': (None, 'rosbags'),
     'threadpoolctl': (None, 'threadpoolctl'),  # has no rosdep key
+    'control': (None, 'control'),
 }
 # Used where they are found: a full Jazzy has them, pip has not.
 OPTIONAL = {'tf2_msgs', 'simulation_interfaces', 'rosbag2_py'}

@@ -17,7 +17,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer  # noqa: E402
 from rosbags.typesys import Stores, get_typestore  # noqa: E402
 
 from poststall_sim import cli, definition, plots  # noqa: E402
-from poststall_sim.plots import silhouette, style, trajectory  # noqa: E402
+from poststall_sim.plots import modes, silhouette, style, trajectory  # noqa: E402
 from poststall_sim.plots.bag import extremes, flight_data  # noqa: E402
 from poststall_sim.recording import BagError  # noqa: E402
 
@@ -269,3 +269,35 @@ def test_trims_are_drawn_with_those_that_fail(tmp_path):
                      '--json', str(path)]) == 0
     figure = plots.trim_figure(json.loads(path.read_text()), tmp_path / 'trim.png')
     assert has_colour(figure, style.ATTACHED, 100) and has_colour(figure, style.STALLED, 50)
+
+
+def test_modes_are_drawn_with_what_is_unstable_and_what_is_wake(tmp_path):
+    path = tmp_path / 'modes.json'
+    assert cli.main(['modes', '--alpha', '2:20:9', '--decambering', 'all', '--panels', '2',
+                     '--strips', 'wing=8', '--strips', 'tail=4', '--strips', 'fin=3',
+                     '--json', str(path)]) == 0
+    result = json.loads(path.read_text())
+    figure = plots.modes_figure(result, tmp_path / 'modes.png')
+    assert has_colour(figure, modes.SHADE, 1000)
+    for colour in (style.ATTACHED, style.STALLED, style.SECOND):
+        assert has_colour(figure, colour, 100)
+    drawn = modes.branches(result['points'])
+    assert {each.model for each in drawn} == {'fixed', 'variable', 'lagged'}
+    assert not any(each.name.startswith('wake') for each in drawn)
+
+
+def test_modes_of_a_sweep_with_holes_are_drawn(tmp_path):
+    """A trim that failed, a branch of one point, a split pair."""
+    def mode(name, real, imag=0.0, share=1.0):
+        return {'name': name, 'real': real, 'imag': imag, 'share': share}
+
+    sets = [[mode('phugoid', -0.1, 0.5), mode('spiral', 0.1)], [],
+            [mode('phugoid, fast', -0.3), mode('phugoid, slow', 0.1),
+             mode('roll', -5.0, share=0.2)]]
+    points = [{'alpha_deg': 2.0 * i, 'decambering': 'variable', 'modes': each}
+              for i, each in enumerate(sets)]
+    for chosen in (points, points[:1], points[1:2]):
+        path = plots.modes_figure({'aircraft': 'glider', 'points': chosen}, tmp_path / 'm.png')
+        assert path.stat().st_size > 10_000
+    assert [each.classical for each in modes.branches(points)] == [
+        'phugoid', 'spiral', 'phugoid', 'phugoid', 'roll']

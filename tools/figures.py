@@ -2,12 +2,12 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Draw the figures of docs/figures.md: the dissertation's chapters 2 and 3 as this package has them.
+Draw the figures of docs/figures.md: the dissertation's chapters 2, 3 and 5, and our own.
 
-What is computed is the package's (`poststall_sim.polar`), and so is what draws
-(`poststall_sim.plots.decambering`); here stands which wing, which angles, which solver. The
-configuration is the dissertation's Figure 2.2 (config/aircraft/wing_tail.yaml), the lattice its
-Weissinger arrangement with small angles, the closure the local one, unless a figure says other.
+What is computed is the package's, and so is what draws (`poststall_sim.plots`); here stands which
+wing, which angles, which solver. In chapters 2 and 3 the configuration is the dissertation's
+Figure 2.2 (config/aircraft/wing_tail.yaml), the lattice its Weissinger arrangement with small
+angles, the closure the local one, unless a figure says other.
 """
 
 import argparse
@@ -20,6 +20,8 @@ from pathlib import Path
 
 import numpy as np
 import operating_points
+import rolling_wing
+import trainer_modes
 import wakes
 from PIL import Image
 from tqdm import tqdm
@@ -258,7 +260,8 @@ def _number(name: str) -> tuple[float, ...]:
 
 FIGURES: dict[str, Callable[[Path], None]] = dict(sorted(
     ((name.removeprefix('figure_'), found)
-     for name, found in {**vars(operating_points), **vars(wakes), **globals()}.items()
+     for name, found in {**vars(operating_points), **vars(wakes), **vars(rolling_wing),
+                         **vars(trainer_modes), **globals()}.items()
      if name.startswith('figure_')), key=lambda item: _number(item[0])))
 
 

@@ -12,6 +12,7 @@ from numba import njit
 from poststall_sim.aero import lattice as lattices
 from poststall_sim.aero import superposition
 from poststall_sim.aero import wake as wakes
+from poststall_sim.aero.corners import add_corners
 from poststall_sim.aero.decambering import AngleForm, Closure, averaging
 from poststall_sim.aero.kernels import ring_influence
 from poststall_sim.aero.lattice import Lattice
@@ -115,12 +116,12 @@ class Model:
 
     bound (p, p) : normalwash of unit rings on collocation points; bound_inverse; te_inverse (n,
     p) : circulation at the trailing edges per unit normalwash, each surface alone, with no wake;
-    edge_influence (3 s, p) : velocity of unit rings at the edges' middles, and edge_rounded the
-    same in the precision of the march; felt : where the wake is; mean (2, n, n) : see `averaging`;
-    added_mass (6, 6) : in B about the centre of gravity, per unit density; te_rows (n, p) picks
-    trailing-edge rings; trajectory (n,) by scheme : d cl / d delta [1/rad] along which schemes A
-    to D move a strip; the arms of collocation points, edges and quarter chords are from the
-    centre of gravity.
+    edge_influence (3 s, p) : velocity of unit rings at the edges' middles with what those miss,
+    see `corners`, and edge_rounded the same in the precision of the march; felt : where the wake
+    is; mean (2, n, n) : see `averaging`; added_mass (6, 6) : in B about the centre of gravity, per
+    unit density; te_rows (n, p) picks trailing-edge rings; trajectory (n,) by scheme : d cl / d
+    delta [1/rad] along which schemes A to D move a strip; the arms of collocation points, edges
+    and quarter chords are from the centre of gravity.
     """
 
     aircraft: Aircraft
@@ -216,6 +217,7 @@ def build(aircraft: Aircraft, settings: Settings = DEFAULTS) -> Model:
     bound = np.einsum('ijk,ik->ij', at_points, lattice.normal)
     edge_owner = lattice.strip_surface[lattice.edge_strip[:, 0]]
     at_edges = influence(lattice, lattice.edge_middle, edge_owner, lattice.ring_corners, owner)
+    add_corners(lattice, at_edges)
     edge_influence = np.ascontiguousarray(
         at_edges.transpose(0, 2, 1).reshape(-1, lattice.panels))
     inverse = np.linalg.inv(bound)

@@ -92,7 +92,6 @@ class Wake:
         return np.concatenate(
             [self.moving_rings, self.settled.rings[self.first:self.first + settled]])
 
-
     def row(self, i: int) -> FloatArray:
         """Return row i of the nodes (nodes, 3) in A [m]."""
         moving = len(self.moving_A)
@@ -103,7 +102,6 @@ class Wake:
         kept = slice(self.first, self.first + len(self.settled_A))
         settled = History(self.settled.nodes[kept], self.settled.rings[kept])
         return replace(self, settled=settled, first=settled.first)
-
 
     def carried(self, step_at: Callable[[FloatArray], FloatArray]) -> 'Wake':
         """Return the wake with nodes behind the first row displaced by step_at(nodes) [m] in N."""

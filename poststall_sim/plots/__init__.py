@@ -1,7 +1,7 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Every figure: of a flight from its bag, of a polar, of trims.
+Every figure: of a flight from its bag, of a polar, of trims, of modes.
 
 Angles are in degrees here. matplotlib is imported when something is drawn, and used without
 pyplot: no display, no state. What reads bags is imported when a bag is drawn.
@@ -14,7 +14,7 @@ from typing import Any
 
 from poststall_sim.aircraft import Aircraft
 
-__all__ = ['flight_figures', 'polar_figure', 'trim_figure']
+__all__ = ['flight_figures', 'modes_figure', 'polar_figure', 'trim_figure']
 
 
 def flight_figures(bag_path: str | os.PathLike[str], output_dir: str | os.PathLike[str], *,
@@ -45,3 +45,9 @@ def trim_figure(result: Mapping[str, Any], path: str | os.PathLike[str]) -> Path
     """Draw trims from what ``poststall trim`` writes as JSON."""
     from poststall_sim.plots import sweeps
     return sweeps.draw_trims(result, Path(path))
+
+
+def modes_figure(result: Mapping[str, Any], path: str | os.PathLike[str]) -> Path:
+    """Draw root loci and modes over alpha from what ``poststall modes`` writes as JSON."""
+    from poststall_sim.plots import modes
+    return modes.draw_modes(result, Path(path))

@@ -1,7 +1,7 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Figures of the decambering: operating points, trajectories, lift curves and loadings.
+Figures of lines: operating points, trajectories, lift curves, loadings, rates in time.
 
 A figure is a row or a grid of `Panel`, a panel a few `Curve` on one kind of axes. Angles are in
 degrees here.
@@ -35,6 +35,13 @@ class Kind(enum.Enum):
     LOADING = ('$2y/b$ [-], port tip on the left', 'strip $C_l$ [-]')
     SPAN = ('$y$ [wing chords], port on the left', 'strip $C_l$ [-]')
     COUNT = (r'wing $\alpha$ [deg]', 'distinct solutions found')
+    POLE = (r'wing $\alpha$ [deg]', 'real part of the pole [1/s]')
+    DAMPING = (r'wing $\alpha$ [deg]', r'$C_{lp}$ [-]')
+    AIRSPEED = (r'$\alpha$ [deg]', 'airspeed [m/s]')
+    CLIMB = (r'$\alpha$ [deg]', 'climb angle [deg]')
+    ELEVATOR = (r'$\alpha$ [deg]', 'elevator [deg], down positive')
+    ROLLING = ('time [s]', 'roll rate [deg/s]')
+    PITCHING = ('time [s]', 'pitch rate [deg/s]')
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -29,7 +29,8 @@ class Body:
     The matrices of the head of this file.
 
     names (m,); motion (6, m) N; mass (m, m) M; push (m, 6) P; rest (m, m) R : weight, turning
-    axes and engines; throttle (m,) : M dy/dt per unit of it.
+    axes and engines; throttle (m,) and wind (m, 3) : M dy/dt by the engines per unit of throttle,
+    and per velocity of the air in B.
     """
 
     names: tuple[str, ...]
@@ -38,6 +39,7 @@ class Body:
     push: FloatArray
     rest: FloatArray
     throttle: FloatArray
+    wind: FloatArray
 
 
 def free_body(aircraft: Aircraft, *, velocity_B: FloatArray, pitch: float,
@@ -56,10 +58,11 @@ def free_body(aircraft: Aircraft, *, velocity_B: FloatArray, pitch: float,
     mass, steps = aircraft.mass, _STEP * np.eye(3)
     u, v, w = velocity_B
     sp, cp = np.sin(pitch), np.cos(pitch)
-    rest = np.zeros((9, 9))
-    rest[:6, :3] = np.column_stack([
+    rest, slope = np.zeros((9, 9)), np.zeros((9, 3))
+    slope[:6] = np.column_stack([
         _engines(aircraft, velocity_B + step, throttle)
         - _engines(aircraft, velocity_B - step, throttle) for step in steps]) / (2.0 * _STEP)
+    rest[:, :3] = slope
     rest[:3, 3:6] = mass.mass * np.array([[0.0, -w, v], [w, 0.0, -u], [-v, u, 0.0]])
     rest[:3, 6:8] = mass.mass * GRAVITY * np.array([[0.0, -cp], [cp, 0.0], [0.0, -sp]])
     rest[6:, 3:6] = euler_rates(0.0, pitch)
@@ -68,7 +71,7 @@ def free_body(aircraft: Aircraft, *, velocity_B: FloatArray, pitch: float,
     inertia[3:6, 3:6] = mass.inertia_B
     full = _engines(aircraft, velocity_B, 1.0) - _engines(aircraft, velocity_B, 0.0)
     return Body(STATES, np.eye(6, 9), inertia, np.eye(9, 6), rest,
-                np.concatenate([full, np.zeros(3)]))
+                np.concatenate([full, np.zeros(3)]), -slope)
 
 
 def _engines(aircraft: Aircraft, velocity_B: FloatArray, throttle: float) -> FloatArray:
@@ -88,4 +91,4 @@ def rolling_body(mass: MassProperties, velocity_B: FloatArray, axis_B: FloatArra
     inertia = np.diag([float(axis_B @ mass.inertia_B @ axis_B), 1.0])
     kept = 2 if np.abs(motion[:3, 1]).max() > 1e-9 * np.abs(velocity_B).max() else 1
     return Body(('rate', 'angle')[:kept], motion[:, :kept], inertia[:kept, :kept], push[:kept],
-                rest[:kept, :kept], np.zeros(kept))
+                rest[:kept, :kept], np.zeros(kept), np.zeros((kept, 3)))

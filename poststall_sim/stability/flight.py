@@ -13,6 +13,7 @@ from poststall_sim import simulation
 from poststall_sim import trim as trims
 from poststall_sim.aero import solver
 from poststall_sim.aero.model import Model, Onset
+from poststall_sim.aircraft import ConfigError
 from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import FloatArray, body_to_geometry
 from poststall_sim.polar import APART
@@ -22,6 +23,8 @@ from poststall_sim.stability.motion import Decambering, System
 from poststall_sim.state import Status
 from poststall_sim.trim import Trim
 
+SHORTEST = 0.1
+"""Least step, as a share of the time in which the aircraft flies a panel's length."""
 OWN = 0.1
 """A mode in which the body has less of a share is one of the wake, and left out."""
 
@@ -49,7 +52,8 @@ class FlightModes:
 
     model : a kind of `Decambering`, or QUASI_STEADY; shares (k,) : the body's in each mode, 0 to
     1, see `motion.Spectrum`; residual : the greatest of the eigenvalues; departed : the branch
-    of the trim before has ended on the way here, at a fold, and these modes are another branch's.
+    of the trim before has ended on the way here, at a fold, and these modes are another branch's;
+    dt [s] and rows of wake of the linear system, if there is one.
     """
 
     trim: Trim
@@ -60,6 +64,8 @@ class FlightModes:
     status: Status
     message: str
     departed: bool = False
+    dt: float | None = None
+    rows: int | None = None
 
 
 QUASI_STEADY = 'quasi-steady'
@@ -76,10 +82,13 @@ def linearise(model: Model, trim: Trim, *, altitude: float,
     flight has. What the trim lacks in balance is left out. Raises `ConfigError` where there is no
     lattice flow, see `linear.linearise`.
     """
-    if dt is None:
-        dt = simulation.automatic_dt_ns(model, trim.airspeed) * 1e-9
     if trim.status is not Status.CONVERGED:
         return Linearised(trim, {}, math.nan, trim.status, trim.message)
+    panel = simulation.automatic_dt_ns(model, trim.airspeed) * 1e-9
+    dt = panel if dt is None else dt
+    if not SHORTEST * panel <= dt <= 2.0 * panel:
+        raise ConfigError(f'dt must be {SHORTEST:g} to 2 times {panel:g} s, the way of a panel at '
+                          f'{trim.airspeed:.1f} m/s, got {dt:g} s')
     onset = Onset(body_to_geometry(-trim.velocity_B), np.zeros(3))
     flow = linear.linearise(model, onset, trim.controls.deflections, trim.aero,
                             density=standard_air(altitude).density, dt=dt, rows=rows)
@@ -100,7 +109,7 @@ def _body(model: Model, trim: Trim) -> bodies.Body:
         throttle=trim.controls.throttle)
 
 
-def flight_modes(model: Model, system: System, trim: Trim, name: str,
+def flight_modes(model: Model, system: System, trim: Trim, decambering: Decambering,
                  branches: Sequence[Mode] = (), count: int = 24,
                  ) -> tuple[FlightModes, tuple[Mode, ...]]:
     """
@@ -113,22 +122,26 @@ def flight_modes(model: Model, system: System, trim: Trim, name: str,
     before, whose names these continue; count : see `motion.spectrum`.
     """
     found = motion.spectrum(system, count)
-    own = found.participation >= OWN
-    shares, values = found.participation[own], found.eigenvalues[own]
+    # Far above 1 in two modes of the wake that all but coincide: their parts are opposite.
+    shares = np.minimum(found.participation, 1.0 / np.maximum(found.participation, OWN))
+    own = shares >= OWN
+    shares, values = shares[own], found.eigenvalues[own]
     matrix = motion.quasi_steady(system)
     plain = _classify(model, trim, *np.linalg.eig(matrix), np.ones(len(matrix)))
     if branches:
         plain = tuple(modes.track(branches, plain))
 
     def share(mode: Mode) -> float:
-        return float(np.minimum(shares[np.argmin(np.abs(values - mode.eigenvalue))], 1.0))
+        return float(shares[np.argmin(np.abs(values - mode.eigenvalue))])
 
     lattice = _classify(model, trim, values, found.vectors[:, own], shares)
     named = _named_after(plain, lattice, 1.0 - np.array([share(mode) for mode in lattice]))
     wake = sorted(named[len(plain):], key=lambda mode: -share(mode))
     named[len(plain):] = [replace(mode, name=f'wake {i}') for i, mode in enumerate(wake, 1)]
-    return FlightModes(trim, name, tuple(named), np.array([share(mode) for mode in named]),
-                       float(found.residual[own].max()), Status.CONVERGED, 'found'), plain
+    return FlightModes(
+        trim, decambering.value, tuple(named), np.array([share(mode) for mode in named]),
+        float(found.residual[own].max()), Status.CONVERGED, 'found', dt=system.flow.dt,
+        rows=len(system.flow.wake)), plain
 
 
 def _named_after(patterns: Sequence[Mode], current: Sequence[Mode],
@@ -165,7 +178,7 @@ def _classify(model: Model, trim: Trim, eigenvalues: np.ndarray, vectors: np.nda
     reference = model.aircraft.reference
     return modes.classify(
         eigenvalues, vectors, airspeed=trim.airspeed, span=reference.span, chord=reference.chord,
-        participation=np.minimum(shares, 1.0))
+        participation=shares)
 
 
 def trims_along(model: Model, alphas: Iterable[float], *, altitude: float,
@@ -207,7 +220,7 @@ def modes_along(model: Model, flown: Iterable[Trim], *, altitude: float,
         for each in decamberings:
             if at.systems:
                 one, branches[each.value] = flight_modes(
-                    model, at.systems[each], trim, each.value, branches.get(each.value, ()))
+                    model, at.systems[each], trim, each, branches.get(each.value, ()))
             else:
                 one = FlightModes(trim, each.value, (), np.zeros(0), math.nan, at.status,
                                   at.message)

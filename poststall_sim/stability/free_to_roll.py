@@ -20,6 +20,7 @@ from poststall_sim.aero import solver
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aero.wake import Placement
+from poststall_sim.aircraft import ConfigError
 from poststall_sim.frames import (
     FloatArray,
     body_to_geometry,
@@ -81,7 +82,8 @@ def damping(model: Model, *, alpha: float, airspeed: float, density: float, axis
     Return the damping about an axis for each kind of decambering, and the steady flow.
 
     alpha [rad]; airspeed [m/s]; dt [s]; rows : of wake; delta0 (n,) : where the decambering
-    starts. Raises `ConfigError` where there is no lattice flow, see `linear.linearise`.
+    starts. Raises `ConfigError` where there is no lattice flow, see `linear.linearise`, and where
+    the decambering is at a fold.
     """
     velocity_B = velocity_from_flow_angles(airspeed, alpha, 0.0)
     onset = Onset(body_to_geometry(-velocity_B), np.zeros(3))
@@ -94,6 +96,9 @@ def damping(model: Model, *, alpha: float, airspeed: float, density: float, axis
     scale = 0.25 * density * airspeed * reference.area * reference.span ** 2
     found = []
     for decambering in decamberings:
+        if flow.at_fold and decambering is not Decambering.FIXED:
+            raise ConfigError(f'at {math.degrees(alpha):g} deg the decambering is at a fold '
+                              'and has no derivative')
         system = motion.assemble(flow, body, model.aircraft.control_names, decambering,
                                  model.settings.lag)
         steady = motion.response(system, 1.0).real
@@ -107,7 +112,11 @@ def damping(model: Model, *, alpha: float, airspeed: float, density: float, axis
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """A body free to turn at a time [s]: its angle [rad] and rate [rad/s] about the axis."""
+    """
+    A body free to turn at a time [s]: its angle [rad] and rate [rad/s] about the axis.
+
+    moment : of the air about it [N m]; status : of the flow.
+    """
 
     time: float
     angle: float

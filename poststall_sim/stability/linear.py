@@ -1,21 +1,23 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The derivative of one step of the flow, about a steady one, with the wake frozen in body axes.
+The derivative of one step of the flow, about a steady one.
 
 The quantities of a step, all of them differences from the steady flow:
 
-    B g+ + sum_r A_r G_r+ + W_nu nu+ + W_c c+ + W_d d+ = 0        boundary condition
+    B g+ + sum_r (A_r G_r+ + S_r a_r+) + W_nu nu+ + W_c c+ + W_d d+ = 0    boundary condition
     G_0+ = T g,   G_r+ = G_(r-1)                                  wake
-    f = sum_r X A_r G_r+ + X B g                                  wash of the other surfaces
+    a_r+ = C a_(r-1) - dt nu+                                     where it is, if it moves
+    f = sum_r X (A_r G_r+ + S_r a_r+) + X B g                     wash of the other surfaces
     d+ = K_nu nu+ + K_c c+ + K_f f                                decambering, if it follows
-    L+ = L_g g+ + L_t dg/dt+ + sum_r L_r G_r+ + L_nu nu+ + L_c c+ + L_d d+ + L_f f
+    L+ = L_g g+ + L_t dg/dt+ + sum_r (L_r G_r+ + Z_r a_r+) + L_nu nu+ + L_c c+ + L_d d+ + L_f f
 
-g (p,) circulation of rings, G_r (n,) of wake rows, the newest first, d (n,) decambering, nu (6,)
-velocity and rates of the body through the air in B, c (controls,) deflections, f (p,) normalwash
-that decambering does not turn, L (6,) force and moment about the centre of gravity in B; + is
-one step later, and X picks the panels of other surfaces than the one that induces. K is the
-implicit function theorem on the closure's own residual. The loads are those of `aero.loads`:
+g (p,) circulation of rings, G_r (n,) of wake rows, the newest first, a_r (6,) displacements of
+these, which stay in the air or are frozen behind the body, see `wake_motion`, d (n,) decambering,
+nu (6,) velocity and rates of the body through the air in B, c (controls,) deflections, f (p,)
+normalwash that decambering does not turn, L (6,) force and moment about the centre of gravity in
+B; + is one step later, and X picks the panels of other surfaces than the one that induces. K is
+the implicit function theorem on the closure's own residual. The loads are those of `aero.loads`:
 they are linear in each of velocity, strength and rate, so that the derivative by one is the
 function itself with a unit of it.
 
@@ -38,9 +40,13 @@ from poststall_sim.aero.decambering import (
 from poststall_sim.aero.model import Model, Onset, influence, own_response, wake_direction
 from poststall_sim.aero.operating import Boundary, boundary_condition
 from poststall_sim.aero.polars import CD, CM, lift, sections
+from poststall_sim.aero.separation import Separation
 from poststall_sim.aero.solver import AeroResult, te_share
+from poststall_sim.aero.wake import Shape
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.frames import FloatArray, geometry_to_body
+from poststall_sim.stability import wake_motion
+from poststall_sim.stability.wake_motion import WakeMotion
 
 FLIP = geometry_to_body(np.ones(3))
 NEAR_FOLD = 1e6
@@ -56,7 +62,8 @@ class LinearFlow:
     foreign (R, p, n) : of bound and wake what is on other surfaces, X B and X A_r; follow_nu
     (n, 6), follow_flap (n, controls), follow_wash (n, p) : K; load_bound, load_rate, load_wash
     (6, p), load_wake (R, 6, n), load_nu (6, 6), load_flap (6, controls), load_turn (6, n); te
-    (n, p) : T; chords (n,) : local chords travelled in a step; dt [s]; condition : of the
+    (n, p) : T; chords (n,) : local chords travelled in a step; sway : S, X S and C, of
+    no rows where the wake is frozen; load_sway (rows, 6, 6) : Z; dt [s]; condition : of the
     closure's Jacobian, infinite at a fold.
     """
 
@@ -79,6 +86,8 @@ class LinearFlow:
     load_turn: FloatArray
     te: FloatArray
     chords: FloatArray
+    sway: WakeMotion
+    load_sway: FloatArray
     dt: float
     condition: float
 
@@ -94,8 +103,10 @@ def linearise(model: Model, onset: Onset, deflections: FloatArray, aero: AeroRes
     Return the derivative of a step of dt [s] about a steady flow.
 
     aero : the loads of `solver.steady` at this onset and these deflections (controls,) [rad],
-    solved closely; rows : of wake, by default as many as the march has. Raises `ConfigError`
-    where a strip has no lattice flow to linearise: its flow is more than 60 deg off its chord.
+    solved closely; rows : of wake, by default as many as the march has. The wake stays in the air,
+    also where the settings say that it is free, unless they say that it is frozen. Raises
+    `ConfigError` where a strip has no lattice flow to linearise: its flow is more than 60 deg off
+    its chord.
     """
     lattice, settings = model.lattice, model.settings
     boundary = boundary_condition(model, onset, deflections)
@@ -116,7 +127,12 @@ def linearise(model: Model, onset: Onset, deflections: FloatArray, aero: AeroRes
     flap = turned[:, None] * lattice.flap_angle.T
 
     strength = aero.circulation[lattice.te_panel]
-    velocity, at_panels, at_edges = _wake(model, row_G, rows, strength)
+    nodes = np.empty((rows + 2, *lattice.wake_nodes.shape))
+    nodes[:-1] = lattice.wake_nodes + np.arange(rows + 1)[:, None, None] * row_G
+    wake.close(nodes, wake.far_length(lattice))
+    sway = wake_motion.still(model) if settings.wake is Shape.FROZEN \
+        else wake_motion.moving(model, onset, nodes, strength, dt)
+    velocity, at_panels, at_edges = _wake(model, nodes, strength)
     velocity += onset.at(model.edge_arm) \
         + (model.edge_influence @ aero.circulation).reshape(-1, 3)
     strips = lattice.strip_surface
@@ -156,15 +172,20 @@ def linearise(model: Model, onset: Onset, deflections: FloatArray, aero: AeroRes
         'load_wash': _in_body(section_wash), 'load_wake': _in_body(load_wake),
         'load_nu': _in_body(by_velocity @ edge_nu + section_nu),
         'load_flap': _in_body(section_flap), 'load_turn': _in_body(section_turn),
+        'load_sway': _in_body(np.einsum('ks,rsm->rkm', by_velocity, sway.at_edges)),
         'te': model.te_rows, 'chords': boundary.strips[10] * dt / lattice.strip_chord}
     for array in arrays.values():
         array.setflags(write=False)
-    return LinearFlow(dt=dt, condition=condition, **arrays)
+    return LinearFlow(sway=sway, dt=dt, condition=condition, **arrays)
 
 
 def _require_lattice_flow(model: Model, boundary: Boundary) -> None:
-    if model.settings.angle_form is not AngleForm.EXACT:
+    settings = model.settings
+    if not settings.unsteady or settings.angle_form is not AngleForm.EXACT:
         raise ConfigError('the linear system is that of the unsteady lattice, with sines as sines')
+    if settings.ground or settings.separation is Separation.GOMAN_KHRABROV:
+        raise ConfigError('there is no linear system of a flight near the ground, nor of one with '
+                          f'separation by {Separation.GOMAN_KHRABROV.value}')
     lost = (boundary.fade < 1.0) | (boundary.strips[7] == 0.0)
     if lost.any():
         name = model.lattice.strip_names[int(np.argmax(lost))]
@@ -189,18 +210,15 @@ def _passing_rate(arm: FloatArray) -> FloatArray:
     return out
 
 
-def _wake(model: Model, row_G: FloatArray, rows: int,
+def _wake(model: Model, nodes: FloatArray,
           strength: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """
-    Return what a frozen wake does: velocity (s, 3) at the edges for a strength (n,) of all rows.
+    Return what a steady wake does: velocity (s, 3) at the edges for a strength (n,) of all rows.
 
     And per unit of each row's rings the normalwash (rows, p, n) and the velocity (rows, 3 s, n).
     The row that closes the wake has the strength of the last.
     """
-    lattice = model.lattice
-    nodes = np.empty((rows + 2, *lattice.wake_nodes.shape))
-    nodes[:-1] = lattice.wake_nodes + np.arange(rows + 1)[:, None, None] * row_G
-    wake.close(nodes, wake.far_length(lattice))
+    lattice, rows = model.lattice, len(nodes) - 2
     points = np.concatenate([lattice.collocation, lattice.edge_middle])
     owner = np.concatenate([lattice.strip_surface[lattice.panel_strip],
                             lattice.strip_surface[lattice.edge_strip[:, 0]]])

@@ -1,0 +1,202 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Text of the command line turned into values.
+
+Each reader raises `ArgumentTypeError` with what it expected. Angles stay in degrees.
+"""
+
+import argparse
+import math
+import os
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+_MOST_POINTS = 10_000
+_FIGURES = ('.png', '.svg', '.pdf')
+_STATE_SPACES = ('.npz', '.mat')
+
+AIRSPEED = (0.1, 400.0)
+"""Of a flight, a trim or a polar [m/s]; as the node's initial.airspeed."""
+HEIGHT = (0.1, 20_000.0)
+"""Where a flight can start [m]; as the node's initial.altitude."""
+_WIND = (-100.0, 100.0)
+
+
+def number(text: str) -> float:
+    """Return a finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f'expected a number, got {text!r}')
+    return value
+
+
+def positive(text: str) -> float:
+    """Return a number above 0."""
+    value = number(text)
+    if value <= 0.0:
+        raise argparse.ArgumentTypeError(f'must be above 0, got {text!r}')
+    return value
+
+
+def refused(value: float, limits: tuple[float, float]) -> str | None:
+    """Return what is wrong with a value that is not within limits."""
+    low, high = limits
+    return None if low <= value <= high else f'must be {low:g} to {high:g}, got {value:g}'
+
+
+def within(limits: tuple[float, float]) -> Callable[[str], float]:
+    """Return a reader of a number within limits."""
+    def read(text: str) -> float:
+        value = number(text)
+        if complaint := refused(value, limits):
+            raise argparse.ArgumentTypeError(complaint)
+        return value
+    return read
+
+
+def count(text: str) -> int:
+    """Return a whole number, not below 0."""
+    if not re.fullmatch(r'\d+', text):
+        raise argparse.ArgumentTypeError(f'expected a whole number, got {text!r}')
+    return int(text)
+
+
+def whole_within(limits: tuple[int, int]) -> Callable[[str], int]:
+    """Return a reader of a whole number within limits."""
+    def read(text: str) -> int:
+        value = count(text)
+        if complaint := refused(value, limits):
+            raise argparse.ArgumentTypeError(complaint)
+        return value
+    return read
+
+
+def span(text: str) -> list[float]:
+    """Return the values of A, A:B (in steps of 1) or A:B:STEP, both ends included."""
+    parts = [number(part) for part in text.split(':')]
+    if len(parts) == 1:
+        return parts
+    if len(parts) > 3:
+        raise argparse.ArgumentTypeError(f'expected A:B:STEP, got {text!r}')
+    begin, end = parts[:2]
+    step = parts[2] if len(parts) == 3 else math.copysign(1.0, end - begin)
+    if step == 0.0 or (end - begin) / step < 0.0:
+        raise argparse.ArgumentTypeError(f'the step must lead from A to B, got {text!r}')
+    points = math.floor((end - begin) / step + 1e-9) + 1
+    if points > _MOST_POINTS:
+        raise argparse.ArgumentTypeError(f'{text!r} are {points} points, at most {_MOST_POINTS}')
+    return [round(begin + i * step, 12) for i in range(points)]
+
+
+def span_within(limits: tuple[float, float]) -> Callable[[str], list[float]]:
+    """Return a reader of a `span` within limits."""
+    def read(text: str) -> list[float]:
+        values = span(text)
+        for value in values:
+            if complaint := refused(value, limits):
+                raise argparse.ArgumentTypeError(complaint)
+        return values
+    return read
+
+
+class Deflections(argparse.Action):
+    """Gather deflections [deg] by name; a name stands once."""
+
+    def __call__(self, parser, namespace, values, option_string=None) -> None:
+        """Add one to those of before."""
+        name, value = values
+        gathered = getattr(namespace, self.dest)
+        if name in gathered:
+            raise argparse.ArgumentError(self, f'{name} is given twice')
+        setattr(namespace, self.dest, {**gathered, name: value})
+
+
+def deflection(text: str) -> tuple[str, float]:
+    """Return the name and the angle [deg] of NAME=DEG."""
+    name, separator, value = text.partition('=')
+    if not (separator and name):
+        raise argparse.ArgumentTypeError(f'expected NAME=DEG, got {text!r}')
+    return name, number(value)
+
+
+def by_surface(reader: Callable[[str], float]) -> Callable[[str], dict[str, float]]:
+    """Return a reader of N or NAME=N[,NAME=N...]: values by surface, '' for all of them."""
+    def read(text: str) -> dict[str, float]:
+        values = {}
+        for part in text.split(','):
+            name, separator, value = part.rpartition('=')
+            if separator and not name:
+                raise argparse.ArgumentTypeError(f'expected N or NAME=N, got {text!r}')
+            values[name] = reader(value)
+        return values
+    return read
+
+
+def start(text: str) -> tuple[str, Path | None]:
+    """Return where the points of a polar start, and the file if it is one."""
+    if text in ('zero', 'schemeA1', 'previous'):
+        return text, None
+    name, _, path = text.partition('=')
+    if name != 'given' or not path:
+        raise argparse.ArgumentTypeError(
+            f'expected zero, schemeA1, previous or given=FILE, got {text!r}')
+    if not Path(path).is_file():
+        raise argparse.ArgumentTypeError(f'there is no file {path}')
+    return name, Path(path)
+
+
+def output(text: str) -> Path:
+    """Return a file that can be written; it is looked at before anything is computed."""
+    path = Path(text)
+    if path.is_dir():
+        raise argparse.ArgumentTypeError(f'expected a file, {text!r} is a folder')
+    if not path.parent.is_dir():
+        raise argparse.ArgumentTypeError(f'there is no folder {path.parent}')
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise argparse.ArgumentTypeError(f'{path} cannot be written')
+    return path
+
+
+def figure(text: str) -> Path:
+    """Return a file that a figure can be written to."""
+    path = output(text)
+    if path.suffix.lower() not in _FIGURES:
+        raise argparse.ArgumentTypeError(
+            f'expected a name that ends in {", ".join(_FIGURES)}, got {text!r}')
+    return path
+
+
+def state_space(text: str) -> Path:
+    """Return a file that a linear system can be written to."""
+    path = output(text)
+    if path.suffix not in _STATE_SPACES:
+        raise argparse.ArgumentTypeError(
+            f'expected a name that ends in {" or ".join(_STATE_SPACES)}, got {text!r}')
+    return path
+
+
+def folder(text: str) -> Path:
+    """Return a folder that is there or can be made."""
+    path = Path(text)
+    above = [each for each in (path, *path.parents) if each.exists()]
+    if above and not above[0].is_dir():
+        raise argparse.ArgumentTypeError(f'expected a folder, {above[0]} is a file')
+    return path
+
+
+def wind(text: str) -> np.ndarray:
+    """Return the velocity of the air (3,), east, north and up [m/s]."""
+    parts = [number(part) for part in text.split(',')]
+    if len(parts) != 3:
+        raise argparse.ArgumentTypeError(f'expected E,N,U, got {text!r}')
+    for part in parts:
+        if complaint := refused(part, _WIND):
+            raise argparse.ArgumentTypeError(f'each {complaint}')
+    return np.array(parts)

@@ -1,0 +1,70 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""What a command says: tables, complaints, patience, and its result as JSON."""
+
+import json
+import sys
+import threading
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+
+def complain(what: object) -> None:
+    """Say in one line what is wrong."""
+    print('poststall: ' + ' '.join(str(what).split()), file=sys.stderr)
+
+
+@contextmanager
+def patience(what: str = 'compiling the solver, once: up to a minute') -> Iterator[None]:
+    """Say what takes the time if the block takes more than two seconds."""
+    timer = threading.Timer(2.0, lambda: print(f'{what} ...', file=sys.stderr, flush=True))
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
+def watched(items: Iterable, total: int, what: str) -> Iterator:
+    """Yield items behind a progress bar, shown on a terminal after two seconds."""
+    try:
+        from tqdm import tqdm
+    except ImportError:
+        yield from items
+        return
+    yield from tqdm(items, total=total, desc=what, delay=2.0, disable=None, leave=False)
+
+
+def print_table(head: tuple[str, ...], rows: Iterable[list[str]]) -> None:
+    """Print columns of numbers, right-aligned; text, the first and last column, to the left."""
+    rows = [list(head), *rows]
+    widths = [max(len(row[k]) for row in rows) for k in range(len(head))]
+    for row in rows:
+        print('  '.join(cell.ljust(width) if not name else cell.rjust(width)
+                        for cell, width, name in zip(row, widths, head)).rstrip())
+
+
+def print_rows(title: str, rows: Iterable[tuple[str, object]]) -> None:
+    """Print what is said in pairs, one a line, below a title."""
+    print(title)
+    for name, value in rows:
+        print(f'  {name:<19} {value}')
+
+
+def say(text: str) -> None:
+    """Print a line."""
+    print(text)
+
+
+def drawn(path: Path) -> None:
+    """Say where a figure is."""
+    print(f'figure {path}')
+
+
+def write_json(path: Path | None, result: dict[str, Any]) -> None:
+    """Write a result, where a file is given."""
+    if path is not None:
+        path.write_text(json.dumps(result, indent=1, allow_nan=False) + '\n')
