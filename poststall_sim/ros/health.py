@@ -66,15 +66,15 @@ class Health:
                 (rotation(snapshot.body.q_NB) @ snapshot.body.velocity_B)[2]),
             'optional_parts_missing': self._missing})
 
-    def pace(self, pacer: Pacer) -> Condition:
-        """Say how well simulated time keeps up with wall time."""
+    def pace(self, pacer: Pacer, waits_for: str = '') -> Condition:
+        """Say how well simulated time keeps up with wall time, or what it waits for instead."""
         steps, running, late, lost = self._pace_before
         self._pace_before = (pacer.steps, pacer.running_ns, pacer.late, pacer.lost_ns)
         passed = pacer.running_ns - running
         now = (pacer.steps - steps) * pacer.dt_ns / passed if passed else 0.0
         slow = pacer.lost_ns > lost
         late_now = pacer.late - late
-        level, text = Level.OK, 'on time'
+        level, text = Level.OK, f'waits for {waits_for}' if waits_for else 'on time'
         if slow:
             level, text = Level.WARN, 'slower than asked: time was lost'
         elif late_now > 0.01 * max(pacer.steps - steps, 1):

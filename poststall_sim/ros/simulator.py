@@ -280,8 +280,7 @@ class SimulatorNode(Node):
             return
         snapshot = self.flight.snapshot
         self._shown_ns[topic] = snapshot.time_ns
-        self._listeners[topic] = self._heard(topic)
-        if topic.rate in (Rate.CLOCK, Rate.ONCE) or self._listeners[topic]:
+        if topic.rate in (Rate.CLOCK, Rate.ONCE) or self._heard(topic):
             self._emit(topic, topic.fields(snapshot, self.layout) if topic.fields
                        else self._views.fields(topic, self.flight))
 
@@ -325,7 +324,7 @@ class SimulatorNode(Node):
                 health.flight(snapshot, paused=self.paused, reason=self.flight.paused_reason,
                               clock=clock, clock_sources=sources, waits_for=self._waits_for()),
                 health.following(self._follower, snapshot.time_ns, sources) if self.follows
-                else health.pace(self._pacer),
+                else health.pace(self._pacer, self._waits_for()),
                 health.solver(snapshot),
                 health.commands(self.desk, snapshot.time_ns, self.settings.command_source,
                                 self.inbox.turns.repeated)])))
