@@ -53,9 +53,9 @@ class _Signals:
             signal.setitimer(signal.ITIMER_REAL, self.REPEAT)
             raise KeyboardInterrupt
 
-    @staticmethod
-    def _lost(unraisable: Any) -> None:
-        if not issubclass(unraisable.exc_type, KeyboardInterrupt):
+    def _lost(self, unraisable: Any) -> None:
+        # After an interrupt, what a compiler has half made complains as it is taken down.
+        if not (self.asked or issubclass(unraisable.exc_type, KeyboardInterrupt)):
             sys.__unraisablehook__(unraisable)
 
 
