@@ -9,6 +9,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='rclpy is not installed')
 
+from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from processes import Reports, nanoseconds, send_sparingly
 from rclpy.serialization import deserialize_message
@@ -99,6 +100,24 @@ def test_it_leaves_a_stall_in_lockstep_and_twice_to_the_bit(start, probe, anothe
     def told(text):
         return [line.rpartition(': ')[2] for line in text.splitlines() if ' at ' in line]
     assert told(says) == told(says_again)
+
+
+def test_a_lockstep_goes_on_with_states_between_and_others_who_begin_to_listen(start, probe):
+    """What has no stamp may then be taken for another state's, but nothing is waited for ever."""
+    start('simulator', ros=['-p', 'lockstep:=command', '-p', 'step_count:=5', *PAUSED])
+    put(probe, BANKED)
+    start('autopilot', ros=['-p', 'lockstep:=true']).wait_for('flies aileron')
+    assert probe.call(SetBool, 'pause', data=False).success
+    odoms = probe.collect(Odometry, 'odom')
+
+    def reached(time_s):
+        return odoms and nanoseconds(odoms[-1].header.stamp) >= time_s * 1e9
+    for k in range(10):
+        for kind, topic in ((Imu, 'imu'), (TwistStamped, 'twist/air')):
+            probe.collect(kind, topic)
+        probe.spin_until(lambda k=k: reached(k), f'{k} s')
+    assert attitude(odoms[-1].pose.pose.orientation) == pytest.approx(
+        (LAW.roll, LAW.pitch), abs=math.radians(1.0))
 
 
 def test_it_holds_attitude_and_airspeed_beside_wall_time(start, probe):

@@ -23,7 +23,7 @@ from poststall_sim.autopilot_law import Answer, Memory, Seen
 from poststall_sim.ros import declaration, messages, process
 from poststall_sim.ros.autopilot_settings import AutopilotSettings
 
-AGAIN_PERIOD = 0.02
+AGAIN_PERIOD = 0.2
 """In lock-step a command is sent again this often [s of wall time]: one may have got lost."""
 LONGEST = 0.1
 """No more than this is taken to lie between two states [s], however long nothing was heard."""
@@ -47,9 +47,10 @@ class AutopilotNode(Node):
 
     A state is there when ``imu`` and ``twist/air`` of one stamp are; the share of stalled strips,
     which has no stamp, is the latest. In lock-step, where the simulator waits after each state,
-    the state's own is waited for, so that the same flight gives the same commands (as long as
-    nobody else begins to listen meanwhile, for whom it is said again). The controls begin where
-    the first ``joint_states`` has them; those that the law does not move stay there.
+    the state's own is waited for, so that the same flight gives the same commands: with
+    ``step_count`` 1 and nobody who begins to listen meanwhile, for whom it would be said again.
+    The controls begin where the first ``joint_states`` has them; those that the law does not move
+    stay there.
     """
 
     def __init__(self, **node_options: Any) -> None:
@@ -62,7 +63,9 @@ class AutopilotNode(Node):
         self._imu: Imu | None = None
         self._air: TwistStamped | None = None
         self._answered: Imu | None = None
-        self._stalled: float | None = None if self._lockstep else 0.0
+        self._share = 0.0
+        self._heard_share = not self._lockstep
+        self._kept_waiting: Imu | None = None
         self._time_ns: int | None = None
         self._command: JointState | None = None
 
@@ -72,7 +75,7 @@ class AutopilotNode(Node):
         self.create_subscription(TwistStamped, 'twist/air', self._on_air, 10)
         self.create_subscription(Float64MultiArray, 'strip_stalled', self._on_stalled, 10)
         if self._lockstep:
-            self.create_timer(AGAIN_PERIOD, self._send,
+            self.create_timer(AGAIN_PERIOD, self._again,
                               clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.get_logger().info('waiting for the simulator')
 
@@ -97,7 +100,8 @@ class AutopilotNode(Node):
         self._answer()
 
     def _on_stalled(self, message: Float64MultiArray) -> None:
-        self._stalled = float(np.mean(message.data)) if message.data else 0.0
+        self._share = float(np.mean(message.data)) if message.data else 0.0
+        self._heard_share = True
         self._answer()
 
     def _forget(self) -> None:
@@ -108,7 +112,7 @@ class AutopilotNode(Node):
     def _answer(self) -> None:
         """Answer the present state, once all of it is there."""
         imu, air = self._imu, self._air
-        if not self._start or None in (imu, air, self._stalled) \
+        if not self._start or not self._heard_share or imu is None or air is None \
                 or imu.header.stamp != air.header.stamp:
             return
         time_ns = messages.nanoseconds(imu.header.stamp)
@@ -118,11 +122,10 @@ class AutopilotNode(Node):
             self._forget()
         before = self._memory.recovering
         answer, self._memory = autopilot_law.answer(
-            self._law, self._memory, seen_in(imu, air, self._stalled),
+            self._law, self._memory, seen_in(imu, air, self._share),
             min(max(since, 0.0), LONGEST))
         self._time_ns, self._answered, self._imu, self._air = time_ns, imu, None, None
-        if self._lockstep:
-            self._stalled = None
+        self._heard_share = not self._lockstep
         if self._memory.recovering is not before:
             self.get_logger().info(
                 f'{"recovered" if before else "stalled"} at {time_ns * 1e-9:.3f} s')
@@ -135,6 +138,14 @@ class AutopilotNode(Node):
         command = JointState(name=list(self._start), position=position)
         command.header.stamp = imu.header.stamp
         return command
+
+    def _again(self) -> None:
+        """Send again; a state whose share was taken for that of one before does without."""
+        if self._imu is not None and self._imu is self._kept_waiting:
+            self._heard_share = True
+            self._answer()
+        self._kept_waiting = self._imu
+        self._send()
 
     def _send(self) -> None:
         if self._command is not None:
