@@ -73,6 +73,7 @@ setup(
         'console_scripts': [
             'simulator = poststall_sim.ros.simulator:main',
             'pilot = poststall_sim.ros.pilot:main',
+            'autopilot = poststall_sim.ros.autopilot:main',
             'poststall = poststall_sim.cli:main',
         ],
     },

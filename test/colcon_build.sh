@@ -27,7 +27,7 @@ cd "$work/ws"
 PYTHONPATH=$work/colcon "$python" "$work/colcon/bin/colcon" build
 
 prefix=$work/ws/install/poststall_sim
-for path in lib/poststall_sim/{simulator,pilot,poststall} \
+for path in lib/poststall_sim/{simulator,pilot,autopilot,poststall} \
         share/ament_index/resource_index/packages/poststall_sim \
         share/poststall_sim/{package.xml,launch/sim.launch.py} \
         share/poststall_sim/config/{aircraft,airfoils,scenarios}; do

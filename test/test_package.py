@@ -129,7 +129,8 @@ def test_every_configuration_and_launch_file_is_installed(metadata):
 
 def test_executables_exist(metadata):
     scripts = metadata['entry_points']['console_scripts']
-    assert [script.split(' = ')[0] for script in scripts] == ['simulator', 'pilot', 'poststall']
+    assert [script.split(' = ')[0] for script in scripts] == [
+        'simulator', 'pilot', 'autopilot', 'poststall']
     for script in scripts:
         module, function = script.split(' = ')[1].split(':')
         source = (ROOT / module.replace('.', '/')).with_suffix('.py').read_text()
@@ -200,7 +201,7 @@ def test_launch_file_offers_its_arguments():
     module = runpy.run_path(ROOT / 'launch/sim.launch.py')
     arguments = module['generate_launch_description']().get_launch_arguments()
     assert [each.name for each in arguments] == [
-        'aircraft', 'real_time_factor', 'scenario', 'rviz']
+        'aircraft', 'real_time_factor', 'scenario', 'autopilot', 'rviz']
 
 
 def test_every_file_names_its_licence():
