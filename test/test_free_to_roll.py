@@ -130,7 +130,7 @@ def test_about_its_own_axis_the_wing_also_slips(model):
     turns = list(let_go(model, alpha=alpha, axis=Axis.BODY, rate=1e-6, steps=240,
                         delta0=aero.strips.delta, **AIR))
     state = np.array([(turn.rate, turn.angle) for turn in turns])[40:]
-    step, *_ = np.linalg.lstsq(state[:-20], state[20:])
+    step, *_ = np.linalg.lstsq(state[:-20], state[20:], rcond=None)
     found = np.log(np.linalg.eigvals(step).astype(complex)) / (20 * DT)
     found = found[np.argmax(found.imag)]
     print(f'pole {linear.pole:.4f}, let go {found:.4f} 1/s')
