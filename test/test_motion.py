@@ -109,7 +109,8 @@ def fitted(signal, dt, others, start):
 
     def left(unknown):
         basis = np.column_stack(columns(complex(*unknown)) + rest) * weight
-        return (basis @ np.linalg.lstsq(basis, weight * signal, rcond=None)[0] - weight * signal).ravel()
+        parts = np.linalg.lstsq(basis, weight * signal, rcond=None)[0]
+        return (basis @ parts - weight * signal).ravel()
 
     unknown = [start.real, start.imag] if abs(start.imag) > 1e-9 else [start.real]
     return complex(*least_squares(left, unknown, x_scale=abs(start), xtol=1e-10, ftol=1e-12,
