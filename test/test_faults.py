@@ -17,7 +17,7 @@ pytest.importorskip('rclpy', reason='rclpy is not installed')
 from geometry_msgs.msg import Vector3Stamped
 from instants import a_scenario
 from nav_msgs.msg import Odometry
-from processes import LIMIT, Probe, Reports, nanoseconds
+from processes import LIMIT, Probe, Reports, nanoseconds, send_sparingly
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
@@ -274,6 +274,35 @@ def test_200_resets_pauses_and_steps_of_3_clients_at_once_are_all_answered(fligh
     assert refused <= {'not paused: pause first'}
     assert probe.call(SetBool, 'pause', data=False).success
     flight.require_order(lossless=False)   # each reset shows the state at once
+
+
+def test_1_state_in_which_it_diverges_pauses_it_and_a_reset_flies_on(flight, probe):
+    state = probe.publisher(Odometry, 'set_state')
+    wild = Odometry()
+    wild.pose.pose.orientation.w, wild.pose.pose.position.z = 1.0, 1000.0
+    for part, value in ((wild.twist.twist.linear, 400.0), (wild.twist.twist.angular, 100.0)):
+        part.x = part.y = part.z = value   # the greatest that is taken
+    send_sparingly(flight.reports, state, wild,
+                   lambda: 'diverged' in flight.reports.message('flight'), 'the divergence')
+    assert flight.reports.value('flight', 'paused') == 'true'
+    refused = probe.call(SetBool, 'pause', data=False)
+    assert not refused.success and 'call reset first' in refused.message
+    assert probe.call(Trigger, 'reset').success
+    flight.reports.heard.clear()
+    flight.require_order(lossless=False)
+
+
+def test_1_call_for_1_000_000_steps_is_left_when_a_signal_comes(flight, probe):
+    assert probe.call(SetBool, 'pause', data=True).success
+    assert probe.set_parameter('step_count', 1_000_000).successful
+    step = probe.node.create_client(Trigger, 'step')
+    probe.spin_until(step.service_is_ready, 'the service')
+    begun = flight.time_ns()
+    step.call_async(Trigger.Request())
+    probe.spin_until(lambda: flight.time_ns() > begun, 'the steps to begin')
+    flight.process.send(signal.SIGTERM)
+    assert flight.process.ended() == 0
+    assert 'Traceback' not in flight.process.says()
 
 
 def test_100_changes_of_parameters_in_flight_are_taken_or_refused_with_a_reason(flight, probe):
