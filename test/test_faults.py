@@ -17,7 +17,7 @@ pytest.importorskip('rclpy', reason='rclpy is not installed')
 from geometry_msgs.msg import Vector3Stamped
 from instants import a_scenario
 from nav_msgs.msg import Odometry
-from processes import LIMIT, Probe, Reports, nanoseconds, send_sparingly
+from processes import LIMIT, Reports, nanoseconds, send_sparingly
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
@@ -240,40 +240,6 @@ def test_1_recorder_whose_disk_is_full_ends_with_one_line(flight, start, tmp_pat
     with pytest.raises(recording.BagError, match='was not closed'):
         recording.read(tmp_path / 'bag')
     flight.require_order()
-
-
-def test_200_resets_pauses_and_steps_of_3_clients_at_once_are_all_answered(flight, start, probe):
-    others = [Probe(start.domain), Probe(start.domain)]
-    asked, answered = 0, []
-    try:
-        clients = [[client.node.create_client(kind, name) for kind, name in (
-            (Trigger, 'reset'), (SetBool, 'pause'), (Trigger, 'step'))]
-            for client in (probe, *others)]
-        for node, its_clients in zip((probe, *others), clients):
-            node.spin_until(lambda its_clients=its_clients: all(
-                client.service_is_ready() for client in its_clients), 'the services')
-        choose = random.Random(2)
-        waiting = [[], [], []]
-        while len(answered) < 200:
-            for mine, its_clients, node in zip(waiting, clients, (probe, *others)):
-                answered += [future.result() for future in mine if future.done()]
-                mine[:] = [future for future in mine if not future.done()]
-                if len(mine) < 3 and asked < 200:   # the history of a service is 10 deep
-                    asked += 1
-                    client = choose.choice(its_clients)
-                    request = client.srv_type.Request()
-                    if client.srv_type is SetBool:
-                        request.data = choose.random() < 0.5
-                    mine.append(client.call_async(request))
-                node.executor.spin_once(timeout_sec=0.002)
-    finally:
-        for other in others:
-            other.close()
-    assert len(answered) == 200
-    refused = {answer.message for answer in answered if not answer.success}
-    assert refused <= {'not paused: pause first'}
-    assert probe.call(SetBool, 'pause', data=False).success
-    flight.require_order(lossless=False)   # each reset shows the state at once
 
 
 def test_1_state_in_which_it_diverges_pauses_it_and_a_reset_flies_on(flight, probe):
