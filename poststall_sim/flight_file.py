@@ -16,6 +16,7 @@ import stat
 import types
 import typing
 import zipfile
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -45,6 +46,7 @@ def save_state(flight: Flight, path: Path) -> None:
     arrays |= {_FORMAT: np.array(FORMAT), _AIRCRAFT: np.array(_fingerprint(flight.model)),
                _SETTINGS: np.array(repr(flight.model.settings))}
     unfinished = path.with_name(path.name + '.part')
+    _require_regular(unfinished)   # a pipe of that name would be waited for
     try:
         with unfinished.open('wb') as file:
             np.savez_compressed(file, **arrays)
@@ -67,14 +69,14 @@ def load_state(model: Model, path: Path) -> Flight:
         arrays = {}
         if size <= GREATEST:
             with np.load(path, allow_pickle=False) as file:
-                arrays = {key: file[key] for key in file.files}
+                arrays = {key: np.asarray(file[key]) for key in file.files}
     except FileNotFoundError:
         raise ConfigError(f'there is no file {path}') from None
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile):
+    except (OSError, ValueError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error):
         raise ConfigError(f'{path}: not the state of a flight') from None
     if size > GREATEST:
         raise ConfigError(f'{path}: {size} bytes unpacked, more than any flight ({GREATEST})')
-    if _FORMAT not in arrays:
+    if any(arrays.get(key, np.zeros(0)).ndim for key in (_FORMAT, _AIRCRAFT, _SETTINGS)):
         raise ConfigError(f'{path}: not the state of a flight')
     if arrays[_FORMAT] != FORMAT:
         raise ConfigError(f'{path}: format {arrays[_FORMAT]}, expected {FORMAT}: it was written '
@@ -85,10 +87,11 @@ def load_state(model: Model, path: Path) -> Flight:
     if arrays[_SETTINGS] != repr(model.settings):
         raise ConfigError(f'{path}: written with {arrays[_SETTINGS]}, not {model.settings!r}')
     try:
-        saved = _value(SavedFlight, '', arrays)
+        return Flight.resumed(model, _value(SavedFlight, '', arrays))
     except KeyError as error:
         raise ConfigError(f'{path}: {error.args[0]} is missing') from None
-    return Flight.resumed(model, saved)
+    except (TypeError, ValueError):
+        raise ConfigError(f'{path}: a field is not of its type or shape') from None
 
 
 def _require_regular(path: Path) -> None:

@@ -8,6 +8,7 @@ Flights as rosbag2 folders (MCAP, message definitions inside), written without R
 `read` gives any bag's topics as arrays over simulated time, whoever recorded it.
 """
 
+import contextlib
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -103,7 +104,10 @@ class Recorder:
 
     def write_raw(self, name: str, data: bytes, time_ns: int) -> None:
         """Write the CDR bytes of one message of an announced topic."""
-        self._writer.write(self._connections[name], time_ns, data)
+        try:
+            self._writer.write(self._connections[name], time_ns, data)
+        except OSError as error:
+            raise self._broken(error) from None
         self.messages += 1
 
     def close(self) -> None:
@@ -111,7 +115,17 @@ class Recorder:
         if self._writer.storage is not None:
             if not self.messages:   # the library's idea of the first stamp of nothing overflows
                 self._writer.min_timestamp = 0
-            self._writer.close()
+            try:
+                self._writer.close()
+            except OSError as error:
+                raise self._broken(error) from None
+
+    def _broken(self, error: OSError) -> BagError:
+        """Give the bag up, so that `close` does nothing, and return what to say of it."""
+        with contextlib.suppress(OSError):   # what is still buffered does not fit either
+            self._writer.abort()
+        return BagError(f'cannot go on recording to {self.path}: {error.strerror}; the bag is '
+                        'not complete')
 
     def _message(self, type_name: str, fields: topics.Fields) -> Any:
         """Return a message filled with plain fields; what they do not name is zero."""
@@ -280,6 +294,9 @@ def read(path: str | os.PathLike[str]) -> dict[str, Series]:
                 logged.append(logged_ns)
                 decoded.append(message)
     except (AnyReaderError, OSError, AssertionError) as error:
+        if path.is_dir() and any(path.glob('*.mcap')) and not (path / 'metadata.yaml').exists():
+            raise BagError(f'cannot read the bag {path}: it was not closed, its recorder was '
+                           'killed or had no room') from None
         raise BagError(f'cannot read the bag {path}: {error or "it is damaged"}') from None
 
     stamps = {name: _stamps(messages) for name, (_, _, messages, _) in raw.items()}

@@ -6,6 +6,7 @@ import dataclasses
 import json
 import math
 import os
+import zipfile
 
 import numpy as np
 import pytest
@@ -113,6 +114,16 @@ def test_wrong_files_are_refused_in_one_line(flown, tmp_path):
     changed(path, **{'state.body.q_NB': None})
     refused('state.body.q_NB is missing')
     path.write_bytes(whole)
+    changed(path, format=np.array([flight_file.FORMAT] * 2))
+    refused('not the state of a flight')
+    path.write_bytes(whole)
+    changed(path, **{'state.time_ns': np.zeros(2, dtype=np.int64)})
+    refused('a field is not of its type or shape')
+    path.write_bytes(whole)
+    with zipfile.ZipFile(path, 'a') as packed:
+        packed.writestr('format', 'two')
+    refused('not the state of a flight|format')
+    path.write_bytes(whole)
     aircraft = flown.model.aircraft
     heavier = dataclasses.replace(
         aircraft, mass=dataclasses.replace(aircraft.mass, mass=1.01 * aircraft.mass.mass))
@@ -133,6 +144,9 @@ def test_what_is_no_regular_file_or_too_large_is_not_opened(flown, tmp_path, mon
         if path is not large:
             with pytest.raises(ConfigError, match=message):
                 flight_file.save_state(flown, path)
+    os.mkfifo(tmp_path / 'a.npz.part')
+    with pytest.raises(ConfigError, match=r'a\.npz\.part: not a regular file'):
+        flight_file.save_state(flown, tmp_path / 'a.npz')
     monkeypatch.setattr(flight_file, 'GREATEST', 100_000)
     np.savez_compressed(large, format=np.zeros(100_000))
     assert large.stat().st_size < 10_000

@@ -261,3 +261,21 @@ def test_a_parameter_that_nobody_reads_is_warned_of(declared, given, meant):
     _, _, warnings = declared(f'{given}:=15.0')
     assert warnings == [f'there is no parameter {given}, its value is not used'
                         + (f'; did you mean {meant}?' if meant else '')]
+
+
+def test_errors_show_strange_names_shortened_and_without_control_characters():
+    """What a stranger names ends in the log; counting 100 000 names takes no minute."""
+    strange = '\x1b[2J\n[FATAL] ' + 'x' * 100_000
+    names = [f'n{i // 2}' for i in range(100_000)]
+    for message_, refusal in (
+            (JointState(name=[strange], position=[math.nan]), Refusal.NOT_FINITE),
+            (JointState(name=[strange] * 2, position=[0.0] * 2), Refusal.DUPLICATE),
+            (JointState(name=names, position=[0.0] * len(names)), Refusal.DUPLICATE)):
+        with pytest.raises(RefusedCommand) as caught:
+            commands_from_joint_state(message_, ('elevator',))
+        assert caught.value.refusal is refusal
+        assert len(str(caught.value)) < 300 and str(caught.value).isprintable()
+    wind = message('geometry_msgs/msg/Vector3Stamped', {'header': {'frame_id': strange}})
+    with pytest.raises(RefusedState) as state:
+        wind_from_vector(wind, map_frame='map')
+    assert len(str(state.value)) < 300 and str(state.value).isprintable()

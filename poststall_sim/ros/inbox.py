@@ -13,6 +13,7 @@ from std_msgs.msg import Float64MultiArray
 
 from poststall_sim import inlets
 from poststall_sim.aircraft import ConfigError
+from poststall_sim.reader import plain
 from poststall_sim.ros import joy, messages
 from poststall_sim.ros.commands import RefusedCommand, Source, Turns
 from poststall_sim.topics import Topic
@@ -56,10 +57,10 @@ class Inbox:
             return
         for name in commands.unknown:
             self._node.health.unknown_names += 1
-            if name not in self._warned and len(self._warned) < WARNED_NAMES:
-                self._warned.add(name)
+            if len(self._warned) < WARNED_NAMES and (shown := plain(name)) not in self._warned:
+                self._warned.add(shown)
                 self._node.get_logger().warning(
-                    f'{source.value}: there is no control {name}, it is ignored; there are '
+                    f'{source.value}: there is no control {shown}, it is ignored; there are '
                     f'{", ".join(self._node.layout.command_names)}')
 
     def _on_array(self, message: Float64MultiArray) -> None:

@@ -6,6 +6,7 @@ import array
 import importlib
 import importlib.util
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -19,6 +20,7 @@ from poststall_sim.frames import (
     swap_body_flu,
     swap_ned_enu,
 )
+from poststall_sim.reader import listed, plain, shown
 from poststall_sim.ros.commands import Refusal, RefusedCommand
 from poststall_sim.state import BodyState
 from poststall_sim.topics import Fields, Qos
@@ -110,8 +112,8 @@ def commands_from_joint_state(message: Any, known_names: Sequence[str]) -> Comma
     if not names:
         raise RefusedCommand(Refusal.LENGTH, 'name and position are empty: nothing is commanded')
     if len(set(names)) < len(names):
-        twice = sorted(name for name in set(names) if list(names).count(name) > 1)
-        raise RefusedCommand(Refusal.DUPLICATE, f'{", ".join(twice)} named more than once')
+        twice = sorted(name for name, count in Counter(names).items() if count > 1)
+        raise RefusedCommand(Refusal.DUPLICATE, f'{listed(twice)} named more than once')
     for name, position in zip(names, positions):
         _require_finite(name, position)
     known = set(known_names)
@@ -141,7 +143,7 @@ def commands_from_array(message: Any, names: Sequence[str]) -> Commands:
 
 def _require_finite(name: str, value: float) -> None:
     if not math.isfinite(value):
-        raise RefusedCommand(Refusal.NOT_FINITE, f'{name} is {value}, not a finite number')
+        raise RefusedCommand(Refusal.NOT_FINITE, f'{plain(name)} is {value}, not a finite number')
 
 
 GREATEST = {'position': 1e6, 'altitude': 20000.0, 'speed': 400.0, 'rate': 100.0, 'wind': 100.0}
@@ -178,7 +180,7 @@ def vector(message: Any, what: str, greatest: float) -> FloatArray:
 def require_frame(found: str, expected: str, what: str) -> None:
     """Raise `RefusedState` for another frame than the expected one; empty is that one."""
     if found not in ('', expected):
-        raise RefusedState(f'{what} is {found!r}, it must be {expected!r} or empty')
+        raise RefusedState(f'{what} is {shown(found)}, it must be {expected!r} or empty')
 
 
 def place_from_pose(pose: Any) -> tuple[FloatArray, FloatArray]:

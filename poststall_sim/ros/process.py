@@ -4,6 +4,7 @@
 
 import signal
 import sys
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -18,6 +19,13 @@ from poststall_sim.threads import one_blas_thread
 BAD_INPUT = 2
 """Exit code of a process that was given what it cannot use."""
 
+_asked = threading.Event()
+
+
+def ending() -> bool:
+    """Tell whether a signal has asked this process to end: what takes long is left then."""
+    return _asked.is_set()
+
 
 class _Signals:
     """
@@ -31,7 +39,7 @@ class _Signals:
 
     def __init__(self) -> None:
         self.building = True
-        self.asked = False
+        _asked.clear()
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGALRM):
             signal.signal(number, self._heard)
         sys.unraisablehook = self._lost
@@ -48,7 +56,7 @@ class _Signals:
             signal.signal(number, signal.SIG_IGN)
 
     def _heard(self, number: int, frame: object) -> None:
-        self.asked = True
+        _asked.set()
         if self.building:
             signal.setitimer(signal.ITIMER_REAL, self.REPEAT)
             raise KeyboardInterrupt
@@ -76,7 +84,7 @@ def run(name: str, make: Callable[[], Node], args: list[str] | None = None) -> i
         signals.built()
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        while rclpy.ok() and not signals.asked and getattr(node, 'exit_code', None) is None:
+        while rclpy.ok() and not ending() and getattr(node, 'exit_code', None) is None:
             executor.spin_once(timeout_sec=0.1)
     except KeyboardInterrupt:
         signals.built()

@@ -48,6 +48,7 @@ class RecorderNode(Node):
         self._heard: set[str] = set()
         self._given_up: set[str] = set()
         self._types: dict[str, str] = {}
+        self.exit_code: int | None = None
         self._now_ns = 0
         self._ready = False
         self._expected = {
@@ -111,14 +112,28 @@ class RecorderNode(Node):
                     time_ns > self._now_ns or time_ns < self._now_ns - JUMP_NS):
                 self._now_ns = time_ns
         self._heard.add(name)
-        self._recorder.write_raw(name, data, max(time_ns, 0))
+        if self.exit_code is not None:
+            return   # the bag was given up
+        try:
+            self._recorder.write_raw(name, data, max(time_ns, 0))
+        except BagError as error:
+            self._give_up(error)
+
+    def _give_up(self, error: BagError) -> None:
+        """Say why there is no going on, a full disk perhaps, and end the node."""
+        self.get_logger().fatal(str(error))
+        self.exit_code = 1
 
     def destroy_node(self) -> None:
         """Close the bag, then the node."""
-        self._recorder.close()
-        self.get_logger().info(
-            f'{self._recorder.messages} messages of {len(self._types)} topics in '
-            f'{self._recorder.path}')
+        try:
+            self._recorder.close()
+        except BagError as error:
+            self._give_up(error)
+        if self.exit_code is None:
+            self.get_logger().info(
+                f'{self._recorder.messages} messages of {len(self._types)} topics in '
+                f'{self._recorder.path}')
         super().destroy_node()
 
 

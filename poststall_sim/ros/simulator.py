@@ -196,7 +196,7 @@ class SimulatorNode(Node):
     def advance(self, count: int) -> None:
         """Take steps that somebody waits for, and show where they lead."""
         for _ in range(count):
-            if self.flight.paused_reason or not self.context.ok():
+            if self.flight.paused_reason or process.ending() or not self.context.ok():
                 break
             self._step(paced=False)
         self._show()

@@ -1,0 +1,293 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""A flight among faults: bad messages, killed and stopped processes, a full disk; over DDS."""
+
+import math
+import random
+import resource
+import signal
+import time
+from collections import Counter
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='rclpy is not installed')
+
+from geometry_msgs.msg import Vector3Stamped
+from instants import a_scenario
+from nav_msgs.msg import Odometry
+from processes import LIMIT, Reports, nanoseconds, send_sparingly
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.serialization import serialize_message
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+from std_srvs.srv import SetBool, Trigger
+
+from poststall_sim import recording
+
+pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(300)]
+
+STATE_PERIOD_NS = 20_000_000
+
+
+class Flight:
+    """What a simulator shows from now on, and whether it is in order."""
+
+    def __init__(self, start, probe, *settings):
+        self.process = start('simulator', ros=[
+            '-p', 'rates.diagnostics:=20.0', '-p', 'initial.altitude:=1500.0', *settings])
+        self.probe = probe
+        self.clocks = probe.collect(Clock, '/clock', QoSProfile(
+            depth=100, reliability=ReliabilityPolicy.BEST_EFFORT))
+        self.odoms = probe.collect(Odometry, 'odom', 1000)
+        self.joints = probe.collect(JointState, 'joint_states', 1000)
+        self.reports = Reports(probe)
+        self.go_on()
+
+    def go_on(self, count=10):
+        """Wait until the flight has gone on for some states."""
+        before = len(self.odoms)
+        self.probe.spin_until(lambda: len(self.odoms) > before + count and self.clocks
+                              and self.reports.heard and self.joints, 'the flight to go on')
+
+    def time_ns(self):
+        return nanoseconds(self.odoms[-1].header.stamp)
+
+    def elevator(self):
+        return dict(zip(self.joints[-1].name, self.joints[-1].position))['elevator']
+
+    def require_order(self, *, lossless=True):
+        """
+        Assert that it flies on, that all it showed is finite and that time never went back.
+
+        lossless : odom, which is reliable, has come at every period. A history of 10 rides out
+        0.2 s; what a busier machine may lose is one state in a hundred.
+        """
+        self.go_on()
+        assert self.process.process.poll() is None, self.process.says()
+        assert 'Traceback' not in self.process.says()
+        for message in self.odoms:
+            pose, twist = message.pose.pose, message.twist.twist
+            assert all(map(math.isfinite, (
+                pose.position.x, pose.position.y, pose.position.z, pose.orientation.x,
+                pose.orientation.y, pose.orientation.z, pose.orientation.w,
+                twist.linear.x, twist.linear.y, twist.linear.z,
+                twist.angular.x, twist.angular.y, twist.angular.z)))
+        for stamps in ([nanoseconds(clock.clock) for clock in self.clocks],
+                       [nanoseconds(odom.header.stamp) for odom in self.odoms]):
+            assert (np.diff(stamps) >= 0).all()
+        assert self.reports.level('flight') == 0, self.reports.message('flight')
+        if lossless:
+            periods = np.unique([nanoseconds(odom.header.stamp) // STATE_PERIOD_NS
+                                 for odom in self.odoms])
+            missing = periods[-1] - periods[0] + 1 - len(periods)
+            assert missing <= 0.01 * len(periods), f'{missing} of {len(periods)} states missing'
+
+
+@pytest.fixture
+def flight(start, probe):
+    return Flight(start, probe)
+
+
+def joints(names=(), positions=(), time_ns=0):
+    message = JointState(name=list(names), position=list(positions))
+    message.header.stamp.sec, message.header.stamp.nanosec = divmod(time_ns, 1_000_000_000)
+    return message
+
+
+def bad_commands():
+    """
+    Yield 20 kinds of commands that nobody should obey: topic, message, counter and its count.
+
+    Bytes that are no message have no counter: they end in the middleware.
+    """
+    valid = serialize_message(joints(['elevator'], [-0.2]))
+    garbage = random.Random(1)
+    auto, pilot, array = 'autopilot/surface_cmd', 'pilot/surface_cmd', 'surface_commands'
+    length, finite, unknown = 'refused_wrong_length', 'refused_not_finite', 'unknown_names'
+    twice, states = 'refused_duplicate_name', 'refused_states'
+    wind, state = Vector3Stamped(), Odometry()
+    wind.vector.x = math.nan
+    state.pose.pose.orientation.w, state.twist.twist.linear.x = 1.0, 1e300
+    state.pose.pose.position.z = 100.0
+    yield from (
+        (auto, joints(['elevator'], [math.nan]), finite, 1),
+        (auto, joints(['elevator', 'rudder'], [0.1, math.inf]), finite, 1),
+        (auto, joints(['flap\x1b[31m\n' * 1000], [-math.inf]), finite, 1),
+        (auto, joints(['elevator'], [0.0, 1.0]), length, 1),
+        (auto, joints(['elevator', 'rudder'], [0.0]), length, 1),
+        (auto, joints(), length, 1),
+        (auto, joints((), [0.1] * 10_000), length, 1),
+        (auto, joints(['rudder', 'rudder'], [0.0, 0.1]), twice, 1),
+        (auto, joints([f'n{i // 2}' for i in range(2000)], [0.1] * 2000), twice, 1),
+        (auto, joints(['flap'], [0.1]), unknown, 1),
+        (auto, joints([''], [0.1]), unknown, 1),
+        (pilot, joints(['\x1b]0;\n[FATAL] ' * 1000], [0.1]), unknown, 1),
+        (pilot, joints([f'x{i}' for i in range(500)], [0.1] * 500), unknown, 500),
+        (pilot, joints(['elevator'], [-0.2], time_ns=1), 'refused_stale', 1),
+        (pilot, b'\x00\x01\x00\x00' + bytes(garbage.randrange(128, 256) for _ in range(200)),
+         None, 0),
+        (pilot, valid[:len(valid) // 2], None, 0),
+        # The length of the list of names, claimed to be 2^32 - 1.
+        (pilot, valid[:20] + b'\xff' * 4 + valid[24:], None, 0),
+        (array, Float64MultiArray(data=[0.0] * 10_000), length, 1),
+        ('wind', wind, states, 1),
+        ('set_state', state, states, 1),
+    )
+
+
+def test_10_000_bad_commands_of_20_kinds_are_counted_and_move_nothing(flight, probe):
+    flight.probe.spin_until(lambda: flight.time_ns() > 1_000_000_000, 'a stamp of 1 ns to be old')
+    kinds = list(bad_commands())
+    assert len(kinds) == 20
+    publishers = {
+        topic: probe.publisher(next(
+            type(message) for where, message, *_ in kinds if where == topic and
+            not isinstance(message, bytes)), topic)
+        for topic in {topic for topic, *_ in kinds}}
+    counters = {counter for *_, counter, _ in kinds if counter}
+    before = {key: flight.reports.number('commands', key) for key in counters}
+    trim = flight.elevator()
+    sent = Counter()
+
+    def counted():
+        return {key: flight.reports.number('commands', key) - before[key] for key in counters}
+
+    for _ in range(500):
+        for topic, message, counter, count in kinds:
+            publishers[topic].publish(message)
+            if counter:
+                sent[counter] += count
+        # Best effort: more than its history at once would be lost on the way.
+        probe.spin_until(lambda: counted() == sent, f'{dict(sent)}, counted {counted()}', 20.0)
+    assert sum(sent.values()) == 500 * (16 + 500)
+    assert flight.reports.value('commands', 'accepted') == '0'
+    assert flight.reports.value('commands', 'refused_out_of_order') == '0'
+    assert flight.elevator() == trim
+    said = flight.process.says()
+    assert '\x1b]' not in said and '\n[FATAL]' not in said   # a name writes no log of its own
+    assert len(said) < 200_000
+    flight.require_order()
+
+
+def test_a_pilot_killed_2_times_leaves_trim_behind_and_is_obeyed_when_he_returns(
+        start, probe, tmp_path):
+    flight = Flight(start, probe, '-p', 'command.on_timeout:=trim')
+    trim = flight.elevator()
+    pull = a_scenario(tmp_path / 'pull.yaml', 'elevator', '[[0.0, -2.0], [60.0, -2.0]]')
+    pull.write_text(pull.read_text().replace('duration_s: 2.0', 'duration_s: 60.0'))
+    pulled = pytest.approx(trim - math.radians(2.0), abs=1e-6)
+    for _ in range(2):
+        pilot = start('pilot', ros=['-p', f'scenario:={pull}'])
+        probe.spin_until(lambda: flight.elevator() == pulled, 'the pilot to pull')
+        pilot.send(signal.SIGKILL)
+        assert pilot.ended() == -signal.SIGKILL
+        last = flight.time_ns()
+        assert flight.elevator() == pulled
+        probe.spin_until(lambda: flight.elevator() == pytest.approx(trim, abs=1e-9), 'trim')
+        assert 0.3e9 < flight.time_ns() - last < 1.5e9   # command.timeout is 0.5 s
+        flight.reports.wait_for('commands', 'source', 'none')
+    pilot = start('pilot', ros=['-p', f'scenario:={pull}'])
+    probe.spin_until(lambda: flight.elevator() == pulled, 'the pilot to pull again')
+    flight.reports.wait_for('commands', 'source', 'pilot')
+    flight.require_order()
+
+
+def test_a_simulator_stopped_for_2_s_goes_on_where_it_was_and_says_what_was_lost(flight, probe):
+    lost = flight.reports.number('pace', 'lost_time_s')
+    flight.process.send(signal.SIGSTOP)
+    end = time.monotonic() + 2.0
+    probe.spin_until(lambda: time.monotonic() > end, '2 s')
+    stopped = flight.time_ns()
+    flight.process.send(signal.SIGCONT)
+    probe.spin_until(
+        lambda: flight.reports.number('pace', 'lost_time_s') > lost + 1.5, 'a report of the loss')
+    assert flight.reports.number('pace', 'lost_time_s') < lost + 2.5
+    assert flight.time_ns() - stopped < 1_000_000_000   # no leap
+    flight.require_order()
+
+
+def test_1_recorder_killed_leaves_a_bag_that_says_so_and_another_records(
+        flight, start, probe, tmp_path):
+    recorder = start('recorder', '--output', str(tmp_path / 'bag'))
+    recorder.wait_for('ready')
+    flight.go_on()
+    recorder.send(signal.SIGKILL)
+    assert recorder.ended() == -signal.SIGKILL
+    with pytest.raises(recording.BagError, match='bag.*was not closed'):
+        recording.read(tmp_path / 'bag')
+    flight.go_on(50)
+    other = start('recorder', '--output', str(tmp_path / 'other'))
+    other.wait_for('ready')
+    other.send(signal.SIGINT)
+    assert other.ended() == 0
+    assert len(recording.read(tmp_path / 'other')['/odom'])
+    flight.require_order()
+
+
+def test_1_recorder_whose_disk_is_full_ends_with_one_line(flight, start, tmp_path):
+    recorder = start('recorder', '--output', str(tmp_path / 'bag'))
+    recorder.wait_for('ready')
+    limit = 300_000   # less than the first chunk that it writes, and more than its log
+    resource.prlimit(recorder.process.pid, resource.RLIMIT_FSIZE, (limit, limit))
+    flight.probe.spin_until(lambda: recorder.process.poll() is not None, 'the end', LIMIT)
+    assert recorder.ended() == 1
+    said = recorder.says()
+    assert said.count('[FATAL]') == 1 and said.count('cannot go on recording') == 1
+    assert 'File too large' in said and 'Traceback' not in said
+    with pytest.raises(recording.BagError, match='was not closed'):
+        recording.read(tmp_path / 'bag')
+    flight.require_order()
+
+
+def test_1_state_in_which_it_diverges_pauses_it_and_a_reset_flies_on(flight, probe):
+    state = probe.publisher(Odometry, 'set_state')
+    wild = Odometry()
+    wild.pose.pose.orientation.w, wild.pose.pose.position.z = 1.0, 1000.0
+    for part, value in ((wild.twist.twist.linear, 400.0), (wild.twist.twist.angular, 100.0)):
+        part.x = part.y = part.z = value   # the greatest that is taken
+    send_sparingly(flight.reports, state, wild,
+                   lambda: 'diverged' in flight.reports.message('flight'), 'the divergence')
+    assert flight.reports.value('flight', 'paused') == 'true'
+    refused = probe.call(SetBool, 'pause', data=False)
+    assert not refused.success and 'call reset first' in refused.message
+    assert probe.call(Trigger, 'reset').success
+    flight.reports.heard.clear()
+    flight.require_order(lossless=False)
+
+
+def test_1_call_for_1_000_000_steps_is_left_when_a_signal_comes(flight, probe):
+    assert probe.call(SetBool, 'pause', data=True).success
+    assert probe.set_parameter('step_count', 1_000_000).successful
+    step = probe.node.create_client(Trigger, 'step')
+    probe.spin_until(step.service_is_ready, 'the service')
+    begun = flight.time_ns()
+    step.call_async(Trigger.Request())
+    probe.spin_until(lambda: flight.time_ns() > begun, 'the steps to begin')
+    flight.process.send(signal.SIGTERM)
+    assert flight.process.ended() == 0
+    assert 'Traceback' not in flight.process.says()
+
+
+def test_100_changes_of_parameters_in_flight_are_taken_or_refused_with_a_reason(flight, probe):
+    changes = [
+        ('wind.velocity', [0.5, -1.0, 0.0], True), ('wind.velocity', [math.nan, 0.0, 0.0], False),
+        ('wind.velocity', [0.0], False), ('command.timeout', 1.0, True),
+        ('command.timeout', -1.0, False), ('command.source', 'pilot', True),
+        ('command.source', 'x' * 10_000, False), ('real_time_factor', 0.5, True),
+        ('real_time_factor', math.inf, False), ('real_time_factor', 1.0, True),
+        ('real_time_factor', 'fast', False), ('dt', 1e-9, False), ('step_count', 0, False),
+        ('step_count', 2**62, False), ('flight_file', '/dev/zero', True),
+        ('command.on_timeout', 'neutral', True), ('command.on_timeout', 'hold', True),
+        ('aircraft', '../../etc/passwd', False), ('no.such', 1, False),
+        ('wind.velocity', [0.0, 0.0, 0.0], True)]
+    for _ in range(5):
+        for name, value, fits in changes:
+            result = probe.set_parameter(name, value)
+            assert result.successful == fits, (name, value, result.reason)
+            assert fits or result.reason
+    for service in ('save_state', 'load_state'):
+        assert not probe.call(Trigger, service).success
+    flight.require_order()
