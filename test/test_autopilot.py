@@ -80,7 +80,7 @@ def flown_in_lockstep(start, probe, first, count):
     return odoms[len(begun) - 1:len(begun) + count], autopilot.says()
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_it_leaves_a_stall_in_lockstep_and_twice_to_the_bit(start, probe, another_graph):
     count = 1250   # 10 s
     first, says = flown_in_lockstep(start, probe, STALLED, count)

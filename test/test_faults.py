@@ -138,6 +138,7 @@ def bad_commands():
     )
 
 
+@pytest.mark.soak
 def test_10_000_bad_commands_of_20_kinds_are_counted_and_move_nothing(flight, probe):
     flight.probe.spin_until(lambda: flight.time_ns() > 1_000_000_000, 'a stamp of 1 ns to be old')
     kinds = list(bad_commands())
@@ -172,6 +173,7 @@ def test_10_000_bad_commands_of_20_kinds_are_counted_and_move_nothing(flight, pr
     flight.require_order()
 
 
+@pytest.mark.soak
 def test_a_pilot_killed_2_times_leaves_trim_behind_and_is_obeyed_when_he_returns(
         start, probe, tmp_path):
     flight = Flight(start, probe, '-p', 'command.on_timeout:=trim')
@@ -209,6 +211,7 @@ def test_a_simulator_stopped_for_2_s_goes_on_where_it_was_and_says_what_was_lost
     flight.require_order()
 
 
+@pytest.mark.soak
 def test_1_recorder_killed_leaves_a_bag_that_says_so_and_another_records(
         flight, start, probe, tmp_path):
     recorder = start('recorder', '--output', str(tmp_path / 'bag'))
@@ -227,6 +230,7 @@ def test_1_recorder_killed_leaves_a_bag_that_says_so_and_another_records(
     flight.require_order()
 
 
+@pytest.mark.soak
 def test_1_recorder_whose_disk_is_full_ends_with_one_line(flight, start, tmp_path):
     recorder = start('recorder', '--output', str(tmp_path / 'bag'))
     recorder.wait_for('ready')
