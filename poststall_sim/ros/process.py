@@ -61,9 +61,10 @@ class _Signals:
             signal.setitimer(signal.ITIMER_REAL, self.REPEAT)
             raise KeyboardInterrupt
 
-    def _lost(self, unraisable: Any) -> None:
+    @staticmethod
+    def _lost(unraisable: Any) -> None:
         # After an interrupt, what a compiler has half made complains as it is taken down.
-        if not (self.asked or issubclass(unraisable.exc_type, KeyboardInterrupt)):
+        if not (ending() or issubclass(unraisable.exc_type, KeyboardInterrupt)):
             sys.__unraisablehook__(unraisable)
 
 
