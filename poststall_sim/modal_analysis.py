@@ -17,8 +17,9 @@ import numpy as np
 from poststall_sim import jobs, state_space_file
 from poststall_sim.aero.model import Model
 from poststall_sim.stability import flight
+from poststall_sim.stability.bodies import STATES
 from poststall_sim.stability.flight import FlightModes
-from poststall_sim.stability.modes import HEADING, Mode
+from poststall_sim.stability.modes import CLASSICAL, HEADING, Mode, plain
 from poststall_sim.stability.motion import Decambering
 from poststall_sim.state import Status
 
@@ -28,8 +29,6 @@ LAGGED = Decambering.LAGGED
 MARK = '~'
 """Stands in the table behind a mode of which the body has less than `HALF`."""
 HALF = 0.5
-_STATES = ('u', 'v', 'w', 'p', 'q', 'r', 'phi', 'theta')
-_CLASSICAL = ('short period', 'phugoid', 'Dutch roll', 'roll', 'spiral', 'lateral phugoid')
 
 
 def decamberings(name: str) -> tuple[Decambering, ...]:
@@ -72,7 +71,7 @@ def _mode(mode: Mode, share: float) -> jobs.Result:
         'omega_n': mode.natural_frequency, 'zeta': _finite(mode.damping_ratio),
         'stable': mode.stable, 'time_to_half_or_double_s': _finite(mode.time_to_half_or_double),
         'period_s': _finite(mode.period), 'share': float(share),
-        'participation': dict(zip(_STATES, motion.tolist()))}
+        'participation': dict(zip(STATES, motion.tolist()))}
 
 
 def _finite(value: float) -> float | None:
@@ -101,22 +100,17 @@ def export(path: Path, model: Model, alphas: Sequence[float], *, altitude: float
             f'{len(space.outputs)} outputs, {len(space.states)} states{air}')
 
 
-def branch(name: str) -> str:
-    """Return the classical name of a mode, also of one that is coupled or half of a split pair."""
-    return name.removeprefix('coupled ').removesuffix(', fast').removesuffix(', slow')
-
-
 def table(points: Sequence[jobs.Result]) -> tuple[tuple[str, ...], list[list[str]]]:
     """Return head and rows by angle of attack, a column for each mode that has a name."""
-    branches = {branch(mode['name']) for point in points for mode in point['modes']}
-    named = [name for name in _CLASSICAL if name in branches]
+    branches = {plain(mode['name']) for point in points for mode in point['modes']}
+    named = [name for name in CLASSICAL if name in branches]
     named += sorted(name for name in branches - set(named) if ' + ' in name)
     head = ('alpha', 'V [m/s]', 'decambering', *(f'{name} [1/s]' for name in named), '')
     return head, [_row(point, named) for point in points]
 
 
 def _row(point: dict[str, Any], named: Sequence[str]) -> list[str]:
-    cells = [', '.join(_cell(mode) for mode in point['modes'] if branch(mode['name']) == name)
+    cells = [', '.join(_cell(mode) for mode in point['modes'] if plain(mode['name']) == name)
              for name in named]
     good = point['status'] == Status.CONVERGED.name.lower() and not point['departed']
     message = '' if good else point['message']

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from poststall_sim import cli, modal_analysis
+from poststall_sim.stability.modes import plain
 
 ROOT = Path(__file__).resolve().parents[1]
 FEW = ['--strips', 'wing=8', '--strips', 'tail=4', '--strips', 'fin=3', '--panels', '2',
@@ -42,7 +43,7 @@ def test_there_is_a_point_for_each_angle_and_model(glides):
         assert point['wake_rows'] == (None if point['decambering'] == 'quasi-steady' else 30)
         assert (point['status'], point['message']) == ('converged', 'found')
         assert point['residual'] < 1e-8
-        assert {modal_analysis.branch(mode['name']) for mode in point['modes']} >= NAMES
+        assert {plain(mode['name']) for mode in point['modes']} >= NAMES
         trim = point['trim']
         assert trim['kind'] == 'glide' and trim['climb_angle_deg'] < 0.0
         assert {len(column) for column in trim['strips'].values()} == {8 + 4 + 3}
@@ -83,7 +84,7 @@ def test_the_table_has_a_row_for_each_point_and_marks_the_wakes_modes(capsys, tm
         [f'{p["alpha_deg"]:.2f}', f'{p["trim"]["airspeed_m_s"]:.2f}', 'variable'] for p in points]
     for point, line in zip(points, lines[1:3]):
         for mode in point['modes']:
-            if modal_analysis.branch(mode['name']) in NAMES:
+            if plain(mode['name']) in NAMES:
                 pair = f'+-{mode["imag"]:.3f}i' if mode['imag'] else ''
                 assert f'{mode["real"]:z.3f}{pair}{"~" if mode["share"] < 0.5 else ""}' in line
     assert any('~ less than half' in line for line in lines) is any(

@@ -149,6 +149,10 @@ class Model:
         length = float(np.ptp(self.lattice.wake_nodes[:, 0]))
         return length + 20.0 * float(self.lattice.strip_chord.max())
 
+    def wake_rows(self, step: float) -> int:
+        """Return how many rows of wake are kept that are a step [m] long."""
+        return max(2, math.ceil(self.wake_length / step))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Onset:

@@ -181,7 +181,7 @@ def start(model: Model, onset: Onset, placement: Placement, deflections: FloatAr
     bare = -(model.bound_inverse @ boundary.level)
     speed = float(np.linalg.norm(onset.velocity_G))
     step = max(speed * dt, 0.02 * float(lattice.strip_chord.min()))
-    rows = max(2, math.ceil(model.wake_length / step))
+    rows = model.wake_rows(step)
     circulation = result.circulation
     if at_rest:
         # No wake yet. Half of what the first moment brings is shed before it, half after.

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from poststall_sim.plots import style
+from poststall_sim.stability.modes import plain
 
 Points = Sequence[Mapping[str, Any]]
 
@@ -59,8 +60,7 @@ class Branch:
     @property
     def classical(self) -> str:
         """The name without what says that it is coupled or half of a split pair."""
-        name = self.name.removeprefix('coupled ').split(' + ')[0]
-        return name.removesuffix(', fast').removesuffix(', slow')
+        return plain(self.name.split(' + ')[0])
 
 
 def branches(points: Points) -> list[Branch]:

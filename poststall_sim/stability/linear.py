@@ -113,7 +113,7 @@ def linearise(model: Model, onset: Onset, deflections: FloatArray, aero: AeroRes
     _require_lattice_flow(model, boundary)
     row_G = float(np.linalg.norm(onset.velocity_G)) * dt * wake_direction(onset.velocity_G)
     length = float(np.linalg.norm(row_G))
-    rows = max(2, math.ceil(model.wake_length / length)) if rows is None else rows
+    rows = model.wake_rows(length) if rows is None else rows
 
     phi = (deflections @ lattice.flap_angle) \
         + (aero.strips.delta - lattice.zero_lift)[lattice.panel_strip]

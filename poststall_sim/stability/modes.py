@@ -56,7 +56,8 @@ EIGENVALUES = 4
 """Of a rigid body in longitudinal motion; and in lateral motion, the heading apart."""
 
 _COUPLED = 'coupled '
-_ORDER = ('short period', 'phugoid', 'Dutch roll', 'roll', 'spiral', 'lateral phugoid')
+CLASSICAL = ('short period', 'phugoid', 'Dutch roll', 'roll', 'spiral', 'lateral phugoid')
+"""Names of modes that are neither split nor coupled, in order."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -175,7 +176,7 @@ def classify(eigenvalues: ComplexArray, vectors: ComplexArray, *, airspeed: floa
     longitudinal, lateral, rest = _shared_out(found)
     named = [*_named_longitudinal(longitudinal), *_named_lateral(lateral)]
     named = sorted((replace(mode, name=_marked(name, mode)) for name, mode in named),
-                   key=lambda mode: _place(mode.name))
+                   key=lambda mode: (CLASSICAL.index(plain(mode.name)), mode.name))
     return (*named, *(replace(mode, name=f'other {i}') for i, mode in enumerate(rest, 1)))
 
 
@@ -286,9 +287,9 @@ def _marked(name: str, mode: Mode) -> str:
     return _COUPLED + name if COUPLED < share < 1.0 - COUPLED else name
 
 
-def _place(name: str) -> tuple[int, str]:
-    base = name.removeprefix(_COUPLED)
-    return next(i for i, first in enumerate(_ORDER) if base.split(',')[0] == first), base
+def plain(name: str) -> str:
+    """Return a name without what says that a mode is coupled or half of a pair."""
+    return name.removeprefix(_COUPLED).removesuffix(', fast').removesuffix(', slow')
 
 
 def _split(name: str) -> tuple[str, str]:
@@ -303,7 +304,7 @@ def _split(name: str) -> tuple[str, str]:
 
 def _merged(fast: str, slow: str) -> str:
     """Return what the oscillation is called that two real modes merge into."""
-    for name in (*_ORDER, fast.rsplit(',', 1)[0]):
+    for name in (*CLASSICAL, fast.rsplit(',', 1)[0]):
         if {fast, slow} == set(_split(name)):
             return name
     return f'{fast} + {slow}'
