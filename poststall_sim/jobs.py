@@ -24,7 +24,6 @@ from poststall_sim import trim as trims
 from poststall_sim.aero.model import Model
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import (
     FloatArray,
     body_to_stability,
@@ -84,7 +83,7 @@ def polar(model: Model, flown: Sequence[Condition], *, airspeed: float, altitude
 
     random_starts : besides, count the distinct solutions that so many lead to.
     """
-    air = {'airspeed': airspeed, 'density': standard_air(altitude).density}
+    air = {'airspeed': airspeed, 'density': model.atmosphere.at(altitude).density}
     generator = np.random.default_rng(seed)
     points = polars.up_and_down(model, flown, **air) if up_and_down else \
         polars.sweep(model, flown, starts=starts, **air)
@@ -187,7 +186,7 @@ def glides(model: Model, alphas: Sequence[float], *, altitude: float) -> Iterato
 
 def trim_result(model: Model, found: Trim, kind: str, altitude: float) -> Result:
     """Return a trim; kind : `powered` or `glide`."""
-    density = standard_air(altitude).density
+    density = model.atmosphere.at(altitude).density
     controls = {f'{name}_deg': math.degrees(value) for name, value in
                 zip(model.aircraft.control_names, found.controls.deflections)}
     return {'kind': kind, 'trimmed': found.status is Status.CONVERGED, 'message': found.message,

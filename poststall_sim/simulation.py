@@ -23,7 +23,7 @@ from poststall_sim.aero.model import DEFAULTS, Model, Onset, Settings
 from poststall_sim.aero.solver import AeroResult, FlowState
 from poststall_sim.aero.wake import Placement
 from poststall_sim.aircraft import Aircraft, ConfigError
-from poststall_sim.atmosphere import standard_air
+from poststall_sim.atmosphere import STANDARD, Atmosphere
 from poststall_sim.frames import (
     GRAVITY,
     FloatArray,
@@ -36,8 +36,9 @@ from poststall_sim.frames import (
 )
 from poststall_sim.propulsion import thrust
 from poststall_sim.state import BodyState, Controls, Snapshot, Status
+from poststall_sim.weather import CALM, Weather
 
-CALM = np.zeros(3)
+NO_WIND = np.zeros(3)
 
 Gusts = Callable[[float, FloatArray], FloatArray]
 """Velocity of the air (k, 3) in N [m/s] at a time [s] and at points (k, 3) in N [m]."""
@@ -87,11 +88,11 @@ def _onset(body: BodyState, wind_N: FloatArray,
 
 
 def begin(model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
-          wind_N: FloatArray = CALM, delta0: FloatArray | None = None,
+          wind_N: FloatArray = NO_WIND, delta0: FloatArray | None = None,
           time_ns: int = 0) -> tuple[FlightState, Snapshot]:
     """Return the first state of a flight, on the steady wake of its onset."""
     controls = limited(model.aircraft, controls)
-    density = standard_air(body.altitude).density
+    density = model.atmosphere.at(body.altitude).density
     flow, aero = solver.start(
         model, _onset(body, wind_N), placement(model.aircraft, body), controls.deflections,
         density=density, dt=dt_ns * 1e-9, delta0=delta0)
@@ -106,7 +107,7 @@ def begin(model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
 
 
 def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
-         wind_N: FloatArray = CALM, gusts: Gusts | None = None) -> tuple[FlightState, Snapshot]:
+         wind_N: FloatArray = NO_WIND, gusts: Gusts | None = None) -> tuple[FlightState, Snapshot]:
     """
     Return state and snapshot one step later; nothing is changed in place.
 
@@ -117,7 +118,7 @@ def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
     dt = dt_ns * 1e-9
     aircraft = model.aircraft
     controls = limited(aircraft, controls)
-    density = standard_air(state.body.altitude).density
+    density = model.atmosphere.at(state.body.altitude).density
     added, rigid = _inertia(model, density)
 
     guess = rigid_body.advance(state.body, state.load, state.load, dt, **rigid)
@@ -194,7 +195,7 @@ def _snapshot(model: Model, state: FlightState, control_rates: Controls, aero: A
         rate_change_B=change[3:], load_factor=-float(specific[2]) / GRAVITY,
         force_B=aerodynamic[:3], moment_B=aerodynamic[3:], thrust_B=push[:3],
         thrust_moment_B=push[3:], wind_N=wind_N,
-        density=standard_air(body.altitude).density, strips=aero.strips,
+        air=model.atmosphere.at(body.altitude), strips=aero.strips,
         iterations=aero.iterations, max_residual=aero.max_residual, status=status)
 
 
@@ -203,11 +204,15 @@ class SavedFlight:
     """
     A flight at one instant, all that `Flight.resumed` needs to go on from it.
 
-    first : where and how fast through the air it began; delta0 : its decambering there.
+    first : where and how fast through the air it began; delta0 : its decambering there; began_ns,
+    carried_N : see `Flight`.
     """
 
     dt_ns: int
-    wind_N: FloatArray
+    atmosphere: Atmosphere
+    weather: Weather
+    began_ns: int
+    carried_N: FloatArray
     trim: Controls
     first: BodyState
     delta0: FloatArray | None
@@ -220,35 +225,47 @@ class Flight:
     """
     A model in flight: the present state, and the one it can go back to.
 
-    ``gusts`` may be set to what the air has more than the wind, from place to place and time to
-    time; it is not saved. ``paused_reason`` is None, or says why the flight does not go on: ground
+    ``weather`` may be set at any time. ``gusts`` may be set to what the air has more than that, from
+    place to place and time to time; it is not saved. ``carried_N`` [m] is how far the mean wind
+    has gone where the aircraft is, and ``began_ns`` the time when that was nothing. ``paused_reason`` is None, or says why the flight does not go on: ground
     contact (flat ground at altitude 0; there is no landing gear) or divergence, with the last good
     state kept.
     """
 
     def __init__(self, model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
-                 wind_N: FloatArray = CALM, delta0: FloatArray | None = None):
-        """Start at a body state with controls; see `begin`."""
+                 weather: Weather = CALM, delta0: FloatArray | None = None):
+        """Start at a body state with controls, in the mean wind; see `begin`."""
         self.model = model
         self.dt_ns = dt_ns
         self.trim = limited(model.aircraft, controls)
-        self.wind_N = np.array(wind_N, dtype=float)
+        self.weather = weather
         self.gusts: Gusts | None = None
         # Through the air: a reset in another wind is as trimmed as the start was.
-        self._first = replace(body, velocity_B=_air_velocity(body, self.wind_N))
+        self._first = replace(
+            body, velocity_B=_air_velocity(body, weather.mean_N(body.altitude)))
         self._delta0 = delta0
         self.reset(time_ns=0)
+
+    @property
+    def wind_N(self) -> FloatArray:
+        """The weather's wind (3,) [m/s], at its reference height if it is sheared."""
+        return self.weather.wind_N
+
+    @wind_N.setter
+    def wind_N(self, wind_N: FloatArray) -> None:
+        self.weather = replace(self.weather, wind_N=wind_N)
 
     def reset(self, time_ns: int | None = None) -> Snapshot:
         """Go back to the first place and airspeed with a fresh wake; time goes on unless given."""
         first = self._first
-        body = replace(
-            first, velocity_B=first.velocity_B + rotation(first.q_NB).T @ self.wind_N)
+        wind_N = self.weather.mean_N(first.altitude)
+        body = replace(first, velocity_B=first.velocity_B + rotation(first.q_NB).T @ wind_N)
         self.paused_reason: str | None = None
+        self.began_ns = self.snapshot.time_ns if time_ns is None else time_ns
+        self.carried_N = NO_WIND
         self.state, self.snapshot = begin(
-            self.model, body, self.trim, dt_ns=self.dt_ns, wind_N=self.wind_N,
-            delta0=self._delta0,
-            time_ns=self.snapshot.time_ns if time_ns is None else time_ns)
+            self.model, body, self.trim, dt_ns=self.dt_ns, wind_N=wind_N,
+            delta0=self._delta0, time_ns=self.began_ns)
         return self.snapshot
 
     def place(self, body: BodyState, controls: Controls, *,
@@ -258,8 +275,9 @@ class Flight:
 
         Raises `ConfigError`, with the flight as it was, where the loads there are not finite.
         """
-        state, snapshot = begin(self.model, body, controls, dt_ns=self.dt_ns, wind_N=self.wind_N,
-                                delta0=delta0, time_ns=self.snapshot.time_ns)
+        state, snapshot = begin(
+            self.model, body, controls, dt_ns=self.dt_ns, delta0=delta0,
+            wind_N=self.weather.mean_N(body.altitude), time_ns=self.snapshot.time_ns)
         if snapshot.status is Status.DIVERGED:
             raise ConfigError('the loads in this state are not finite')
         self.paused_reason = None
@@ -268,6 +286,7 @@ class Flight:
 
     def set_time(self, time_ns: int) -> None:
         """Call the present instant by another time [ns]; nothing else changes."""
+        self.began_ns += time_ns - self.state.time_ns
         self.state = replace(self.state, time_ns=time_ns)
         self.snapshot = replace(self.snapshot, time_ns=time_ns)
 
@@ -275,19 +294,26 @@ class Flight:
         """Return the flight as it is now."""
         flow = replace(self.state.flow, wake=self.state.flow.wake.alone())
         return SavedFlight(
-            dt_ns=self.dt_ns, wind_N=self.wind_N.copy(), trim=self.trim, first=self._first,
+            dt_ns=self.dt_ns, atmosphere=self.model.atmosphere, weather=self.weather,
+            began_ns=self.began_ns, carried_N=self.carried_N, trim=self.trim, first=self._first,
             delta0=self._delta0, state=replace(self.state, flow=flow), snapshot=self.snapshot,
             paused_reason=self.paused_reason)
 
     @classmethod
     def resumed(cls, model: Model, saved: SavedFlight) -> 'Flight':
-        """Return a flight that goes on from a saved instant with the model it was saved with."""
-        first = replace(saved.first, velocity_B=saved.first.velocity_B
-                        + rotation(saved.first.q_NB).T @ saved.wind_N)
-        flight = cls(model, first, saved.trim, dt_ns=saved.dt_ns, wind_N=saved.wind_N,
-                     delta0=saved.delta0)
+        """
+        Return a flight that goes on from a saved instant with the model it was saved with.
+
+        The air is the saved one.
+        """
+        first, weather = saved.first, saved.weather
+        blown = first.velocity_B + rotation(first.q_NB).T @ weather.mean_N(first.altitude)
+        flight = cls(replace(model, atmosphere=saved.atmosphere),
+                     replace(first, velocity_B=blown), saved.trim, dt_ns=saved.dt_ns,
+                     weather=weather, delta0=saved.delta0)
         # To the bit: what was added to the velocity and taken from it again is not.
         flight._first = saved.first
+        flight.began_ns, flight.carried_N = saved.began_ns, saved.carried_N
         flight.state, flight.snapshot = saved.state, saved.snapshot
         flight.paused_reason = saved.paused_reason
         return flight
@@ -296,19 +322,32 @@ class Flight:
         """Advance by one step and return what is measured; never raises."""
         if self.paused_reason is not None:
             return self.snapshot
+        mean_N = self.weather.mean_N(self.state.body.altitude)
+        carried_N = self.carried_N + 1e-9 * self.dt_ns * mean_N
         state, snapshot = step(
-            self.model, self.state, controls, dt_ns=self.dt_ns, wind_N=self.wind_N,
-            gusts=self.gusts)
+            self.model, self.state, controls, dt_ns=self.dt_ns, wind_N=mean_N,
+            gusts=self._beyond(mean_N, carried_N))
         if snapshot.status is Status.DIVERGED:
             self.paused_reason = (f'diverged after {self.state.time_ns * 1e-9:.3f} s: a value '
                                   'is not finite; the last good state is kept')
         else:
-            self.state, self.snapshot = state, snapshot
+            self.state, self.snapshot, self.carried_N = state, snapshot, carried_N
             if state.body.altitude <= 0.0:
                 speed = float(np.linalg.norm(state.body.velocity_B))
                 self.paused_reason = (f'ground contact at {snapshot.time:.3f} s with '
                                       f'{speed:.1f} m/s; there is no landing gear')
         return self.snapshot
+
+    def _beyond(self, mean_N: FloatArray, carried_N: FloatArray) -> Gusts | None:
+        """Return what the air has more than the mean wind, None for nothing."""
+        weather, began, more = self.weather, 1e-9 * self.began_ns, self.gusts
+        if weather.uniform:
+            return more
+
+        def gusts(time: float, points_N: FloatArray) -> FloatArray:
+            velocity = weather.beyond_N(time - began, points_N, carried_N, mean_N)
+            return velocity if more is None else velocity + more(time, points_N)
+        return gusts
 
 
 def automatic_dt_ns(model: Model, airspeed: float) -> int:
@@ -322,7 +361,8 @@ def automatic_dt_ns(model: Model, airspeed: float) -> int:
 
 
 def start(aircraft: Aircraft, settings: Settings = DEFAULTS, *, airspeed: float,
-          altitude: float, wind_N: FloatArray = CALM, dt: float | None = None,
+          altitude: float, atmosphere: Atmosphere = STANDARD, weather: Weather = CALM,
+          dt: float | None = None,
           progress: Callable[[str], None] = lambda text: None) -> Flight:
     """
     Return a flight in straight trim, ready to step: everything is compiled or loaded.
@@ -333,7 +373,7 @@ def start(aircraft: Aircraft, settings: Settings = DEFAULTS, *, airspeed: float,
     takes the time. Raises `ConfigError` where no trim exists.
     """
     progress('building the lattice (compiling on the first run, up to a minute)')
-    model = models.build(aircraft, settings)
+    model = models.build(aircraft, settings, atmosphere)
     dt_ns = automatic_dt_ns(model, airspeed) if dt is None else round(dt * 1e9)
     longest = 2 * automatic_dt_ns(model, airspeed)
     if not 0 < dt_ns <= longest:
@@ -346,9 +386,9 @@ def start(aircraft: Aircraft, settings: Settings = DEFAULTS, *, airspeed: float,
                           f'm/s: {trim.message}')
     q_NB = trim.q_NB
     body = BodyState(np.array([0.0, 0.0, -altitude]),
-                     trim.velocity_B + rotation(q_NB).T @ np.asarray(wind_N, dtype=float),
+                     trim.velocity_B + rotation(q_NB).T @ weather.mean_N(altitude),
                      np.zeros(3), q_NB)
-    flight = Flight(model, body, trim.controls, dt_ns=dt_ns, wind_N=wind_N,
+    flight = Flight(model, body, trim.controls, dt_ns=dt_ns, weather=weather,
                     delta0=trim.aero.strips.delta)
     progress('warming up')
     flight.step(trim.controls)

@@ -17,7 +17,6 @@ from poststall_sim.aero import solver
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import (
     GRAVITY,
     FloatArray,
@@ -141,7 +140,7 @@ def straight(model: Model, *, airspeed: float, altitude: float, climb_angle: flo
     alpha0 [rad] is where the search starts: it chooses the branch where there are several.
     """
     model = _tight(model)
-    density = standard_air(altitude).density
+    density = model.atmosphere.at(altitude).density
     engines = bool(model.aircraft.engines)
     state = {'delta': None}
 
@@ -171,7 +170,7 @@ def glide(model: Model, *, alpha: float, altitude: float,
     follows from the weight. delta0 (n,) carries the decambering of a neighbouring alpha along.
     """
     model = _tight(model)
-    density = standard_air(altitude).density
+    density = model.atmosphere.at(altitude).density
     weight = model.aircraft.mass.mass * GRAVITY
     low, high = model.aircraft.controls[_elevator(model)].limits
     trial_speed = 20.0
@@ -207,7 +206,7 @@ def powered(model: Model, *, alpha: float, altitude: float, climb_angle: float =
         raise ConfigError(f'{model.aircraft.name} has no engine to hold a climb angle with')
     gliding = glide(model, alpha=alpha, altitude=altitude, delta0=delta0)
     model = _tight(model)
-    density = standard_air(altitude).density
+    density = model.atmosphere.at(altitude).density
     elevator0 = float(gliding.controls.deflections[_elevator(model)])
     state = {'delta': gliding.aero.strips.delta}
 

@@ -14,7 +14,6 @@ from poststall_sim import trim as trims
 from poststall_sim.aero import solver
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import FloatArray, body_to_geometry
 from poststall_sim.polar import APART
 from poststall_sim.stability import bodies, derivatives, linear, modes, motion
@@ -91,7 +90,7 @@ def linearise(model: Model, trim: Trim, *, altitude: float,
                           f'{trim.airspeed:.1f} m/s, got {dt:g} s')
     onset = Onset(body_to_geometry(-trim.velocity_B), np.zeros(3))
     flow = linear.linearise(model, onset, trim.controls.deflections, trim.aero,
-                            density=standard_air(altitude).density, dt=dt, rows=rows)
+                            density=model.atmosphere.at(altitude).density, dt=dt, rows=rows)
     if flow.at_fold:
         return Linearised(trim, {}, flow.condition, Status.NOT_CONVERGED,
                           f'at a fold of the decambering, condition {flow.condition:.1e}: there '
@@ -161,7 +160,7 @@ def _named_after(patterns: Sequence[Mode], current: Sequence[Mode],
 
 def quasi_steady_modes(model: Model, trim: Trim, *, altitude: float) -> FlightModes:
     """Return the modes of the classical equations with derivatives of steady loads."""
-    found = derivatives.quasi_steady(model, trim, density=standard_air(altitude).density)
+    found = derivatives.quasi_steady(model, trim, density=model.atmosphere.at(altitude).density)
     if found.status is not Status.CONVERGED:
         return FlightModes(trim, QUASI_STEADY, (), np.zeros(0), math.nan, found.status,
                            found.message)
@@ -242,6 +241,6 @@ def _departed(model: Model, before: Trim, trim: Trim, altitude: float) -> bool:
     """Tell whether the decambering on the way back is not that of the trim before."""
     back = solver.steady(
         model, Onset(body_to_geometry(-before.velocity_B), np.zeros(3)),
-        before.controls.deflections, density=standard_air(altitude).density,
+        before.controls.deflections, density=model.atmosphere.at(altitude).density,
         delta0=trim.aero.strips.delta)
     return bool(np.abs(back.strips.delta - before.aero.strips.delta).max() > APART)
