@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from poststall_sim import flight_file, topics
+from poststall_sim import envelope, flight_file, topics
 from poststall_sim import polar as polars
 from poststall_sim import trim as trims
 from poststall_sim.aero.model import Model
@@ -214,6 +214,7 @@ class FlightLog:
         self._deepest: Result = {'stalled_wing_strips': 0}
         self._depth = (0, 0.0)
         self._top = self._lost = 0.0
+        self._outside: dict[str, Result] = {}
         self.series: dict[str, list[float]] = {}
         self.add(flight.snapshot)
         self._steps_before = self._tally.steps
@@ -229,6 +230,12 @@ class FlightLog:
             self._deepest = {'stalled_wing_strips': stalled, 'time_s': snapshot.time,
                              'alpha_deg': math.degrees(snapshot.alpha),
                              'CL': self._lift(snapshot)}
+        for each in envelope.exceeded(snapshot, self._model):
+            noted = self._outside.setdefault(each.quantity, {
+                'from_s': snapshot.time, 'steps': 0, 'beyond': 0.0, 'worst': ''})
+            noted['steps'] += 1
+            if each.beyond > noted['beyond']:
+                noted.update(beyond=each.beyond, worst=each.text)
         if any(topic.rate is topics.Rate.STATE for topic in
                self._schedule.due(snapshot.time_ns)):
             for key, value in self._row(snapshot).items():
@@ -272,7 +279,10 @@ class FlightLog:
             'not_converged_steps': tally.statuses[Status.NOT_CONVERGED],
             'wing_strips': self._wing.stop - self._wing.start, 'deepest_stall': self._deepest,
             'stalled_strips_at_end': int(np.count_nonzero(flight.snapshot.strips.stalled)),
-            'altitude_lost_m': self._lost, 'ended_early': flight.paused_reason}
+            'altitude_lost_m': self._lost,
+            'outside_the_method': [{'quantity': name, **noted}
+                                   for name, noted in self._outside.items()],
+            'ended_early': flight.paused_reason}
 
 
 def model_area(model: Model, strips: slice) -> float:

@@ -225,11 +225,11 @@ class Flight:
     """
     A model in flight: the present state, and the one it can go back to.
 
-    ``weather`` may be set at any time. ``gusts`` may be set to what the air has more than that, from
-    place to place and time to time; it is not saved. ``carried_N`` [m] is how far the mean wind
-    has gone where the aircraft is, and ``began_ns`` the time when that was nothing. ``paused_reason`` is None, or says why the flight does not go on: ground
-    contact (flat ground at altitude 0; there is no landing gear) or divergence, with the last good
-    state kept.
+    ``weather`` may be set at any time. ``gusts`` may be set to what the air has more than that,
+    from place to place and time to time; it is not saved. ``carried_N`` [m] is how far the mean
+    wind has gone where the aircraft is, ``began_ns`` the time when that was nothing.
+    ``paused_reason`` is None, or says why the flight does not go on: ground contact (flat ground
+    at altitude 0; there is no landing gear) or divergence, with the last good state kept.
     """
 
     def __init__(self, model: Model, body: BodyState, controls: Controls, *, dt_ns: int,

@@ -5,8 +5,8 @@
 import numpy as np
 
 from poststall_sim import topics
-from poststall_sim.frames import quaternion_from_euler
 from poststall_sim.atmosphere import Air
+from poststall_sim.frames import quaternion_from_euler
 from poststall_sim.state import BodyState, Controls, Snapshot, Status, Strips
 
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -36,7 +37,7 @@ class Operations:
         self._node = node
         for name, operation in (
                 ('reset', self.reset), ('step', self.step), ('trim', self.trim),
-                ('save_state', self.save), ('load_state', self.load)):
+                ('save_state', self.save), ('load_state', self.load), ('gust', self.gust)):
             node.create_service(Trigger, name, _triggered(operation))
         for name, switch in (('pause', self.pause), ('engage', self.engage)):
             node.create_service(SetBool, name, _switched(switch))
@@ -50,8 +51,13 @@ class Operations:
         return True, 'paused' if self._node.paused else 'flying'
 
     def reset(self) -> Answer:
-        """Begin the flight again; a pause stays, but for one that the flight itself asked for."""
+        """
+        Begin the flight again, without gusts that were asked for.
+
+        A pause stays, but for one that the flight itself asked for.
+        """
         node = self._node
+        node.flight.weather = replace(node.flight.weather, gusts=())
         to_zero = node.settings.reset_time and not node.follows
         node.desk.reset(node.flight.reset(0 if to_zero else None).time_ns)
         return True, self._begun()
@@ -64,6 +70,21 @@ class Operations:
         node.advance(node.settings.step_count if count is None else count)
         reason = node.flight.paused_reason
         return not reason, reason or f'at simulated time {node.flight.snapshot.time:.9g} s'
+
+    def gust(self) -> Answer:
+        """Put the gust that the parameters describe into the air ahead."""
+        flight, air = self._node.flight, self._node.air
+        body = flight.snapshot.body
+        try:
+            gust = air.gust(body.position_N - flight.carried_N,
+                            rotation(body.q_NB) @ flight.snapshot.velocity_air_B)
+            flight.weather = replace(
+                flight.weather, gusts=(*flight.weather.gusts, gust))
+        except ConfigError as error:
+            return False, str(error)
+        east, north, up = air.gust_velocity
+        return True, (f'{air.gust_shape} of {east:g}, {north:g}, {up:g} m/s east, north, up, '
+                      f'{air.gust_length:g} m long, {air.gust_distance:g} m ahead')
 
     def engage(self, engaged: bool) -> Answer:
         """Listen to the autopilot, or do not."""
