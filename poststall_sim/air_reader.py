@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from poststall_sim.atmosphere import SEA_LEVEL_PRESSURE, Atmosphere
+from poststall_sim.atmosphere import SEA_LEVEL_DENSITY, SEA_LEVEL_PRESSURE, Atmosphere
 from poststall_sim.frames import FloatArray, swap_ned_enu
 from poststall_sim.reader import Reader
 from poststall_sim.turbulence import Severity, Spectrum, Turbulence, intensity, military
@@ -28,16 +28,18 @@ _LAWS = {each.value: each for each in ShearLaw}
 def air(read: Reader, altitude: float) -> tuple[Atmosphere, Weather]:
     """Read the air of a flight that begins at an altitude [m]."""
     given = read.names()
+    # All keys are asked for, so that a wrong one is told of the nearest.
+    density = read.number('density_kg_m3', default=SEA_LEVEL_DENSITY)
+    shear, rough = (read.mapping(key, default={}) for key in ('shear', 'turbulence'))
     atmosphere = read.where.build(
         Atmosphere, temperature_offset=read.number('temperature_offset_K', default=0.0),
         sea_level_pressure=read.number('sea_level_pressure_Pa', default=SEA_LEVEL_PRESSURE),
-        density=read.number('density_kg_m3') if 'density_kg_m3' in given else None)
+        density=density if 'density_kg_m3' in given else None)
     weather = read.build(
         Weather, wind_N=_velocity(read, 'wind_enu_m_s', [0.0, 0.0, 0.0]),
-        shear=_shear(read.mapping('shear')) if 'shear' in given else None,
         gusts=tuple(_gust(each) for each in read.mappings('gusts', default=[])),
-        turbulence=_turbulence(read.mapping('turbulence'), altitude)
-        if 'turbulence' in given else None)
+        shear=_shear(shear) if 'shear' in given else None,
+        turbulence=_turbulence(rough, altitude) if 'turbulence' in given else None)
     return atmosphere, weather
 
 

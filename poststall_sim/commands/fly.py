@@ -101,12 +101,12 @@ def run(arguments: argparse.Namespace) -> int:
         with terminal.patience():
             flight = jobs.resumed(model, arguments.resume, duration)
     else:
+        weather = _weather(arguments, scenario.weather, altitude)
         try:
             with terminal.patience():
                 flight = simulation.start(
                     model.aircraft, model.settings, airspeed=airspeed, altitude=altitude,
-                    atmosphere=model.atmosphere,
-                    weather=_weather(arguments, scenario.weather, altitude))
+                    atmosphere=model.atmosphere, weather=weather)
         except ConfigError as error:
             raise jobs.NoResultError(jobs.explained(str(error))) from None
     with _recorder(arguments.record, flight) as recorder:

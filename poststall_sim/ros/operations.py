@@ -117,8 +117,9 @@ class Operations:
         if on_ground:
             heading = float(euler_from_quaternion(q_NB)[2])
             q_NB = quaternion_from_euler(0.0, found.alpha + found.climb_angle, heading)
+        wind_N = flight.weather.mean_N(-float(position_N[2]))
         flight.place(BodyState(
-            position_N, found.velocity_B + rotation(q_NB).T @ flight.wind_N, np.zeros(3), q_NB),
+            position_N, found.velocity_B + rotation(q_NB).T @ wind_N, np.zeros(3), q_NB),
             found.controls, delta0=found.aero.strips.delta)
         self._node.desk.reset(flight.snapshot.time_ns, trim=self._told(found.controls))
         values = ', '.join(
