@@ -8,7 +8,7 @@ place now was there at the flight's beginning, less the way that the wind has go
 """
 
 import enum
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,8 +22,10 @@ SHEARED = (3.0 * FOOT, 1000.0 * FOOT)
 """Heights between which the wind is sheared [m], same place: held below and above."""
 ROUGH, SMOOTH = 2.0 * FOOT, 0.15 * FOOT
 """Roughness lengths [m], same place: the greater one but in take-off, approach and landing."""
-MOST_GUSTS = 100
+MOST_GUSTS = 20
 """In one weather: each of them is looked at by every strip at every step."""
+LEFT_BEHIND = 200.0
+"""A gust whose end is so far behind is forgotten when another one comes [m]."""
 
 
 class ShearLaw(enum.Enum):
@@ -119,10 +121,13 @@ class Gust:
         last = 2.0 if self.shape is GustShape.ONE_MINUS_COSINE else 1.0
         return 0.5 * (1.0 - np.cos(np.pi * np.clip(way / self.length, 0.0, last)))
 
+    def way(self, time: float, points_N: FloatArray) -> FloatArray:
+        """Return the way into the gust (k,) [m] at a time [s] and at places (k, 3) in the air."""
+        return points_N @ self.direction_N - self.begin + self.speed * time
+
     def velocity(self, time: float, points_N: FloatArray) -> FloatArray:
         """Return the velocity (k, 3) [m/s] at a time [s] and at places (k, 3) in the air [m]."""
-        way = points_N @ self.direction_N - self.begin + self.speed * time
-        return self.share(way)[:, None] * self.velocity_N
+        return self.share(self.way(time, points_N))[:, None] * self.velocity_N
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -152,6 +157,12 @@ class Weather:
     def mean_N(self, altitude: float) -> FloatArray:
         """Return the wind (3,) [m/s] at an altitude above the ground [m]."""
         return self.wind_N if self.shear is None else self.wind_N * self.shear.share(altitude)
+
+    def with_gust(self, gust: Gust, time: float, place_N: FloatArray) -> 'Weather':
+        """Return it with one more gust, without those that a place (3,) in the air has left."""
+        kept = tuple(each for each in self.gusts if each.shape is GustShape.RISE
+                     or each.way(time, place_N) < 2.0 * each.length + LEFT_BEHIND)
+        return replace(self, gusts=(*kept, gust))
 
     def beyond_N(self, time: float, points_N: FloatArray, carried_N: FloatArray,
                  mean_N: FloatArray) -> FloatArray:

@@ -26,7 +26,7 @@ def a_snapshot(*, euler_deg=(0.0, 0.0, 0.0), time_ns=1_500_000_000, strips=4, **
         'rate_change_B': np.array([0.7, 0.8, 0.9]), 'load_factor': 1.05,
         'force_B': np.array([-5.0, 0.25, -90.0]), 'moment_B': np.array([1.0, 2.0, 3.0]),
         'thrust_B': np.array([8.0, 0.0, 0.0]), 'thrust_moment_B': np.array([0.0, 0.1, 0.0]),
-        'wind_N': np.array([5.0, 0.0, 0.0]), 'air': Air(1.2, 1.5e-5, 1.0e5, 290.0),
+        'wind_N': np.array([5.0, 0.0, 0.0]), 'air': Air(1.2, 1.5e-5, 100965.0, 290.0),
         'strips': Strips(alpha=0.1 * n, cl=0.5 * n, cd=0.01 * n, cm=-0.02 * n, delta=-0.03 * n,
                          circulation=2.0 * n, residual=1e-7 * n, stalled=n > 2),
         'iterations': 3, 'max_residual': 1e-7, 'status': Status.CONVERGED}

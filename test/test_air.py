@@ -4,7 +4,9 @@
 
 import json
 import math
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import instants
 import numpy as np
@@ -97,6 +99,16 @@ def test_a_scenario_has_its_air(tmp_path):
     assert calm.atmosphere == STANDARD
     own = scenario(tmp_path, SCENARIO.replace('level: moderate', 'sigma_m_s: 2, scale_m: 30'))
     assert (own.weather.turbulence.horizontal, own.weather.turbulence.vertical_scale) == (2, 30)
+
+
+def test_the_example_of_the_documentation_is_read(tmp_path):
+    text = (Path(__file__).parents[1] / 'docs' / 'air.md').read_text(encoding='utf-8')
+    example, = re.findall(r'^```yaml\n(.*?)^```', text, re.MULTILINE | re.DOTALL)
+    read = scenario(tmp_path, example)
+    assert len(read.weather.gusts) == 2 and read.weather.turbulence.seed == 1
+    assert read.atmosphere == Atmosphere(15.0, 100500.0)
+    for line in re.findall(r'^poststall (.*)', text, re.MULTILINE):
+        assert cli.parse(line.split()).command == 'fly'
 
 
 @pytest.mark.parametrize('old, new, message', [

@@ -113,14 +113,16 @@ class Wake:
 
         Asked for every `EVERY`-th row and the last; between them the steps are linear.
         """
-        asked = np.append(np.arange(1, self.rows, EVERY), self.rows)
-        nodes_N = np.array([self.row(i) for i in asked]) + self.drift_N
+        asked = np.array([*range(1, self.rows, EVERY), self.rows])
+        moving, before = self.moving_A.copy(), len(self.moving_A)
+        first = int(np.searchsorted(asked, before))
+        nodes_N = np.concatenate(
+            [moving[asked[:first]], self.settled_A[asked[first:] - before]]) + self.drift_N
         step = step_at(nodes_N.reshape(-1, 3)).reshape(nodes_N.shape)
-        moving = self.moving_A.copy()
         rings = self.settled.rings[self.first:self.first + len(self.settled_A)]
         settled = History(self.settled_A, rings)
         _carry(moving, settled.nodes[settled.first:], asked, step)
-        return replace(self, moving_A=moving, settled=settled, first=settled.first)
+        return Wake(moving, self.moving_rings, settled, settled.first, self.rows, self.drift_N)
 
     def moved(self, step_N: FloatArray) -> 'Wake':
         """Return the wake with its moving nodes, but the first row, displaced by step_N [m]."""

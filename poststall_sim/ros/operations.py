@@ -74,12 +74,12 @@ class Operations:
     def gust(self) -> Answer:
         """Put the gust that the parameters describe into the air ahead."""
         flight, air = self._node.flight, self._node.air
-        body = flight.snapshot.body
+        snapshot = flight.snapshot
+        place_N = snapshot.body.position_N - flight.carried_N
         try:
-            gust = air.gust(body.position_N - flight.carried_N,
-                            rotation(body.q_NB) @ flight.snapshot.velocity_air_B)
-            flight.weather = replace(
-                flight.weather, gusts=(*flight.weather.gusts, gust))
+            gust = air.gust(place_N, rotation(snapshot.body.q_NB) @ snapshot.velocity_air_B)
+            flight.weather = flight.weather.with_gust(
+                gust, 1e-9 * (snapshot.time_ns - flight.began_ns), place_N)
         except ConfigError as error:
             return False, str(error)
         east, north, up = air.gust_velocity
