@@ -11,9 +11,10 @@ CPU time per simulated second, user and system; (simulator - flight) / bare node
 
 Where it goes: not into messages, which take 0.011 s per simulated second to make and fill, but
 into the waiting of rclpy, which gathers all that a node has at each wake, twice per callback.
-Publishers have two event handlers each unless told otherwise. Without those of the simulator the
-ratio went from 1.27 to 1.03, with one timer less to 0.9, all three on two busy cores (from 1.7 to
-1.2 one after another on idle ones). Against a bare node without its handlers, too: 1.45.
+Publishers have two event handlers each unless told otherwise; the bare node has them. Without
+those of the simulator the ratio went from 1.27 to 1.03 on two busy cores (from 1.7 to 1.2 one
+after another on idle ones). Against a bare node without its handlers it was 1.66, and is 1.45
+with one timer less and no timer for each wait.
 
 Clocks are printed, and written to `results/node_overhead.json`, beside what is asked.
 """
