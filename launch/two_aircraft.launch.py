@@ -3,7 +3,7 @@
 """
 Fly two aircraft in one time: /left makes it, /right follows, 20 m higher than /left begins.
 
-    ros2 launch poststall_sim two_aircraft.launch.py right_aircraft:=wing_tail bag:=true
+    ros2 launch poststall_sim two_aircraft.launch.py autopilot:=true bag:=true
 """
 
 from launch import LaunchDescription
