@@ -42,7 +42,7 @@ lint: .venv/installed  ## style and import contract
 bench: .venv/kernels  ## how fast, one question per benchmark
 	.venv/bin/pytest benchmark $(ARGS)
 
-soak: .venv/kernels  ## the tests and the benchmark that take minutes
+soak: .venv/kernels  ## the tests and the benchmarks that take minutes
 	.venv/bin/pytest -m soak test benchmark $(ARGS)
 
 figures: .venv/kernels  ## draw the figures of docs/figures.md; ARGS='3_3 table' picks some
