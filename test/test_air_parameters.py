@@ -72,6 +72,9 @@ def test_turbulence_shear_and_a_gust_at_run_time(start, probe):
     probe.call(Trigger, 'reset')
     assert flown(1)[0][0, 0] == pytest.approx(3.0 * (150.0 / 6.096) ** 0.143, rel=1e-3)
 
+    assert probe.set_parameter('wind.velocity', [0, 0, 0]).successful   # whole numbers will do
+    assert probe.set_parameter('wind.turbulence.sigma', 1).successful
+    assert np.abs(flown(10)[0]).max() > 0.05
     assert not probe.set_parameter('wind.shear.law', 'linear').successful
     assert not probe.set_parameter('wind.turbulence.intensity', 'rough').successful
     assert not probe.set_parameter('atmosphere.temperature_offset', 0.0).successful   # read-only

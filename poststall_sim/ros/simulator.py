@@ -123,8 +123,7 @@ class SimulatorNode(Node):
             self.create_subscription(ClockMessage, topics.CLOCK.name, self._on_clock,
                                      messages.qos_profile(topics.CLOCK.qos))
         optional.open_services(self)
-        declaration.follow(self, self.settings, self._on_settings)
-        declaration.follow(self, self.air, self._on_air)
+        declaration.follow(self, (self.settings, self._on_settings), (self.air, self._on_air))
 
         # This node makes simulated time, so its timers must not wait for it.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
