@@ -2,12 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """A flight among faults: bad messages, killed and stopped processes, a full disk; over DDS."""
 
+import json
 import math
 import random
 import resource
 import signal
+import subprocess
+import sys
 import time
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +21,7 @@ pytest.importorskip('rclpy', reason='rclpy is not installed')
 from geometry_msgs.msg import Vector3Stamped
 from instants import a_scenario
 from nav_msgs.msg import Odometry
-from processes import LIMIT, Reports, nanoseconds, send_sparingly
+from processes import LIMIT, Reports, environment, nanoseconds, send_sparingly
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
@@ -295,3 +299,28 @@ def test_100_changes_of_parameters_in_flight_are_taken_or_refused_with_a_reason(
     for service in ('save_state', 'load_state'):
         assert not probe.call(Trigger, service).success
     flight.require_order()
+
+
+def test_200_resets_pauses_and_steps_of_3_processes_at_once_are_all_answered(flight, start, probe):
+    """More of them wait at a time than the middleware would keep for a service by itself."""
+    assert probe.call(SetBool, 'pause', data=True).success
+    callers = [subprocess.Popen(
+        [sys.executable, str(Path(__file__).with_name('caller.py')), str(seed), str(count)],
+        env=environment(start.domain), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        for seed, count in ((1, 67), (2, 67), (3, 66))]
+    try:
+        for caller in callers:
+            assert caller.stdout.readline() == 'ready\n'
+        for caller in callers:
+            caller.stdin.write('go\n')
+            caller.stdin.flush()
+        probe.spin_until(lambda: all(caller.poll() is not None for caller in callers), 'the end')
+        told = [json.loads(caller.stdout.read()) for caller in callers]
+    finally:
+        for caller in callers:
+            caller.kill()
+            caller.communicate()
+    assert [each['answered'] for each in told] == [67, 67, 66]
+    assert {text for each in told for text in each['refused']} <= {'not paused: pause first'}
+    assert probe.call(SetBool, 'pause', data=False).success
+    flight.require_order(lossless=False)   # each reset shows the state at once
