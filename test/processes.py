@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Real processes over real DDS for the node tests: start, watch, stop, talk to them."""
 
+import itertools
 import os
 import random
 import signal
@@ -146,6 +147,27 @@ def send_until(probe, publisher, message, done, what):
         publisher.publish(message)
         return done()
     return probe.spin_until(again, what)
+
+
+def owed(infos, depth=10):
+    """
+    Return the numbers of the publications that a reliable topic owed its subscriber for ever.
+
+    Reliable with a history of 10 is a promise of each message until 10 newer ones have been
+    published. So one may be missing only where that happened before the subscriber, kept from
+    running, received what came next. infos : what rclpy says of each message that came, by one
+    publisher, to a subscription deeper than what it is behind by.
+    """
+    published = {info['publication_sequence_number']: info['source_timestamp'] for info in infos}
+    missing = []
+    for before, after in itertools.pairwise(infos):
+        first, last = (info['publication_sequence_number'] for info in (before, after))
+        for number in range(first + 1, last):
+            pushed_out = number + depth < last or published.get(
+                number + depth, after['received_timestamp'] + 1) <= after['received_timestamp']
+            if not pushed_out:
+                missing.append(number)
+    return missing
 
 
 class Reports:
