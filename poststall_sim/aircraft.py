@@ -1,7 +1,7 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The definition of an aircraft: geometry, masses, controls, engines, section curves.
+The definition of an aircraft: geometry, masses, section curves, and the whole.
 
 All records are frozen; lengths in metres and angles in radians, geometry axes G
 (x aft, y right, z up). Constructors refuse what cannot fly, with a `ConfigError`.
@@ -12,24 +12,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from poststall_sim.controls import Control
+from poststall_sim.engines import Engine
 from poststall_sim.frames import FloatArray
-
-
-class ConfigError(ValueError):
-    """An aircraft or simulation definition that cannot be flown."""
-
-
-def read_only(values) -> FloatArray:
-    """Return a read-only float64 copy, so that a record cannot change behind its user."""
-    array = np.array(values, dtype=np.float64, order='C')
-    array.setflags(write=False)
-    return array
-
-
-def require_positive(name: str, value: float, unit: str) -> None:
-    """Raise `ConfigError` unless the value is finite and above 0."""
-    if not (math.isfinite(value) and value > 0.0):
-        raise ConfigError(f'{name} must be above 0 {unit}, got {value!r}')
+from poststall_sim.records import ConfigError, read_only, require_positive
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,52 +133,6 @@ class Surface:
                               f'y = {self.sections[0].leading_edge_G[1]:g} m')
 
 
-@dataclass(frozen=True, slots=True)
-class Effector:
-    """
-    The part of a surface that a control moves.
-
-    span : from, to as shares of the (half) span, 0 at the root or left end, 1 at the tip.
-    side : +1 starboard half, -1 port half, 0 both. hinge : share of the chord, 0 for an
-    all-moving surface. gain : deflection per control deflection (mixing), signed.
-    """
-
-    surface: str
-    span: tuple[float, float] = (0.0, 1.0)
-    side: int = 0
-    hinge: float = 0.75
-    gain: float = 1.0
-
-    def __post_init__(self) -> None:
-        """Refuse spans and hinges outside the surface."""
-        low, high = self.span
-        if not 0.0 <= low < high <= 1.0:
-            raise ConfigError(f'span must satisfy 0 <= from < to <= 1, got {self.span}')
-        if not 0.0 <= self.hinge < 1.0:
-            raise ConfigError(f'hinge must lie in 0 <= hinge < 1 of the chord, got {self.hinge}')
-        if not math.isfinite(self.gain) or self.gain == 0.0:
-            raise ConfigError(f'gain must be a finite number other than 0, got {self.gain}')
-
-
-@dataclass(frozen=True, slots=True)
-class Control:
-    """A control by name, its limits [rad] and the effectors that it moves."""
-
-    name: str
-    limits: tuple[float, float]
-    effectors: tuple[Effector, ...]
-
-    def __post_init__(self) -> None:
-        """Refuse limits that do not hold the neutral position between them."""
-        low, high = self.limits
-        if not (low <= 0.0 <= high and low < high and max(-low, high) <= math.pi / 2):
-            raise ConfigError(
-                f'control {self.name}: limits must satisfy low <= 0 <= high within +-90 deg, '
-                f'got {math.degrees(low):g} to {math.degrees(high):g} deg')
-        if not self.effectors:
-            raise ConfigError(f'control {self.name}: moves nothing, it needs an effector')
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class MassProperties:
     """Mass [kg], centre of gravity in G [m], inertia about it, (3, 3) in B [kg m^2]."""
@@ -218,29 +158,6 @@ class MassProperties:
                 f'inertia breaks the triangle inequality: the two smaller principal moments, '
                 f'{moments[0]:.4g} and {moments[1]:.4g}, must add up to at least the largest, '
                 f'{moments[2]:.4g} kg m^2')
-
-
-@dataclass(frozen=True, slots=True)
-class Engine:
-    """
-    A propeller as a straight line of thrust over airspeed.
-
-    static_thrust [N] at full throttle at rest, falling linearly to none at
-    zero_thrust_airspeed [m/s]; it acts at position_G [m] along direction_G (unit, the way the
-    thrust pushes). Throttle scales it linearly; there is no torque and no slipstream.
-    """
-
-    static_thrust: float
-    zero_thrust_airspeed: float
-    position_G: tuple[float, float, float]
-    direction_G: tuple[float, float, float] = (-1.0, 0.0, 0.0)
-
-    def __post_init__(self) -> None:
-        """Refuse engines that push nowhere."""
-        require_positive('static_thrust', self.static_thrust, 'N')
-        require_positive('zero_thrust_airspeed', self.zero_thrust_airspeed, 'm/s')
-        if abs(math.hypot(*self.direction_G) - 1.0) > 1e-6:
-            raise ConfigError(f'direction must be a unit vector, got {self.direction_G}')
 
 
 @dataclass(frozen=True, slots=True)

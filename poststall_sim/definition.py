@@ -17,32 +17,26 @@ from pathlib import Path
 
 import numpy as np
 
+from poststall_sim import control_reader, engine_reader
 from poststall_sim.aircraft import (
     Aircraft,
     Airfoil,
     ConfigError,
-    Control,
-    Effector,
-    Engine,
     MassProperties,
     Reference,
     Section,
     Surface,
 )
+from poststall_sim.airfoil_reader import airfoil
 from poststall_sim.reader import (
     Reader,
-    file_text,
     listed,
     open_yaml,
-    place_of,
-    scalar,
     shown,
     suggestion,
 )
 from poststall_sim.scenario import Channel, Scenario
 
-_COLUMNS = ('alpha_deg', 'cl', 'cd', 'cm')
-_SIDES = {'both': 0, 'right': 1, 'left': -1}
 _SPACINGS = {'uniform': False, 'cosine': True}
 
 
@@ -141,9 +135,9 @@ def aircraft(path: str | os.PathLike[str]) -> Aircraft:
         Aircraft, name=name, airfoils=airfoils, surfaces=surfaces,
         reference=_reference(read.mapping('reference')),
         mass=_mass_properties(read.mapping('mass')),
-        controls=tuple(_control(controls.mapping(key), key, surfaces)
+        controls=tuple(control_reader.control(controls.mapping(key), key, surfaces)
                        for key in controls.names()),
-        engines=tuple(_engine(item) for item in read.mappings('engines', default=[])))
+        engines=tuple(engine_reader.engine(item) for item in read.mappings('engines', default=[])))
 
 
 def scenario(path: str | os.PathLike[str]) -> Scenario:
@@ -159,48 +153,6 @@ def scenario(path: str | os.PathLike[str]) -> Scenario:
     return read.build(
         Scenario, name=name, duration=duration, airspeed=airspeed, altitude=altitude,
         channels=tuple(_channel(channels.mapping(key), key) for key in channels.names()))
-
-
-def airfoil(path: str | os.PathLike[str], name: str | None = None) -> Airfoil:
-    """
-    Read a section's curves from a CSV file, named ``name`` or after the file.
-
-    Lines that start with ``#`` are comments; the first other line names the columns alpha_deg,
-    cl, cd, cm in any order; cm is about the quarter chord, nose-up positive.
-    """
-    where = place_of(path)
-    lines = [(number, [cell.strip() for cell in line.split(',')])
-             for number, line in enumerate(file_text(path).splitlines(), start=1)
-             if line.strip() and not line.lstrip().startswith('#')]
-    if not lines:
-        raise where.error(f'is empty, expected the columns {",".join(_COLUMNS)}')
-    where_header, columns = where.line(lines[0][0]), lines[0][1]
-    for column in columns:
-        if column not in _COLUMNS or columns.count(column) > 1:
-            raise where_header.error(
-                f'column {shown(column)} is {"there twice" if column in _COLUMNS else "unknown"}, '
-                f'expected {",".join(_COLUMNS)}{suggestion(column, _COLUMNS)}')
-    for column in _COLUMNS:
-        if column not in columns:
-            raise where_header.error(f'column {column} is missing, expected '
-                                     f'{",".join(_COLUMNS)}, got {shown(",".join(columns))}')
-    rows: list[dict[str, float]] = []
-    for number, cells in lines[1:]:
-        row = where.line(number)
-        if len(cells) != len(columns):
-            raise row.error(f'must have {len(columns)} values, got {len(cells)}')
-        rows.append({column: row.key(column).number(scalar(cell) if cell else cell)
-                     for column, cell in zip(columns, cells)})
-        if len(rows) > 1 and rows[-1]['alpha_deg'] <= rows[-2]['alpha_deg']:
-            raise row.key('alpha_deg').error(
-                f'must increase from row to row, got {rows[-1]["alpha_deg"]:g} after '
-                f'{rows[-2]["alpha_deg"]:g}')
-    alpha, cl, cd, cm = (np.array([row[column] for row in rows]) for column in _COLUMNS)
-    if len(rows) and np.abs(alpha).max() <= 4.0:
-        raise where.error(f'alpha_deg must run from -180 to 180 deg, got {alpha[0]:g} to '
-                          f'{alpha[-1]:g} (are these radians?)')
-    return where.build(Airfoil, name=Path(path).stem if name is None else name,
-                       alpha=np.radians(alpha), cl=cl, cd=cd, cm=cm)
 
 
 def _airfoil(read: Reader, key: str, folder: Path) -> Airfoil:
@@ -230,25 +182,6 @@ def _section(read: Reader, airfoils: Mapping[str, str], incidence: float) -> Sec
         twist=math.radians(twist + incidence))
 
 
-def _control(read: Reader, name: str, surfaces: tuple[Surface, ...]) -> Control:
-    low, high = read.vector('limits_deg', 2, within=(-90, 90))
-    by_name = {surface.name: surface for surface in surfaces}
-    return read.build(
-        Control, name=name, limits=(math.radians(low), math.radians(high)),
-        effectors=tuple(_effector(item, by_name) for item in read.mappings('effectors')))
-
-
-def _effector(read: Reader, surfaces: Mapping[str, Surface]) -> Effector:
-    surface = read.choice('surface', surfaces)
-    side = read.choice('side', _SIDES, default='both')
-    if side and not surface.symmetric:
-        raise read.where.key('side').error(f'must be both, for surface {surface.name} is not '
-                                           f'symmetric, got {"right" if side > 0 else "left"}')
-    return read.build(
-        Effector, surface=surface.name, side=side, hinge=read.number('hinge'),
-        span=read.vector('span', 2, default=[0.0, 1.0]), gain=read.number('gain', default=1.0))
-
-
 def _reference(read: Reader) -> Reference:
     return read.build(Reference, area=read.number('area_m2', above=0),
                       chord=read.number('chord_m', above=0),
@@ -263,18 +196,6 @@ def _mass_properties(read: Reader) -> MassProperties:
     return read.build(   # products are integrals, xz = integral of x z dm: minus in the tensor
         MassProperties, mass=read.number('mass_kg', above=0), cg_G=read.vector('cg_m', 3),
         inertia_B=np.array([[xx, -xy, -xz], [-xy, yy, -yz], [-xz, -yz, zz]]))
-
-
-def _engine(read: Reader) -> Engine:
-    direction = read.vector('direction', 3, default=[-1.0, 0.0, 0.0])
-    length = math.hypot(*direction)
-    if not 0.0 < length < math.inf:
-        raise read.where.key('direction').error(f'must point somewhere, got {direction}')
-    return read.build(
-        Engine, static_thrust=read.number('static_thrust_N', above=0),
-        zero_thrust_airspeed=read.number('zero_thrust_airspeed_m_s', above=0),
-        position_G=read.vector('position_m', 3),
-        direction_G=tuple(component / length for component in direction))
 
 
 def _channel(read: Reader, name: str) -> Channel:

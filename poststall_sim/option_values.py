@@ -23,6 +23,10 @@ AIRSPEED = (0.1, 400.0)
 """Of a flight, a trim or a polar [m/s]; as the node's initial.airspeed."""
 HEIGHT = (0.1, 20_000.0)
 """Where a flight can start [m]; as the node's initial.altitude."""
+ALTITUDE = (-500.0, 20_000.0)
+"""Of steady flow [m]."""
+CLIMB = (-90.0, 90.0)
+"""[deg]."""
 _WIND = (-100.0, 100.0)
 
 

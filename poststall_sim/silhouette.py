@@ -4,7 +4,8 @@
 
 import numpy as np
 
-from poststall_sim.aircraft import Aircraft, Effector, Surface
+from poststall_sim.aircraft import Aircraft, Surface
+from poststall_sim.controls import Effector
 from poststall_sim.frames import FloatArray, control_sign, geometry_to_body, swap_body_flu
 
 Polygons = list[FloatArray]

@@ -18,16 +18,8 @@ import numpy as np
 
 from poststall_sim import definition
 from poststall_sim.aero.model import Onset
-from poststall_sim.aircraft import (
-    Aircraft,
-    Airfoil,
-    Control,
-    Effector,
-    MassProperties,
-    Reference,
-    Section,
-    Surface,
-)
+from poststall_sim.aircraft import Aircraft, Airfoil, MassProperties, Reference, Section, Surface
+from poststall_sim.controls import Control, Effector
 from poststall_sim.frames import body_to_geometry, velocity_from_flow_angles
 
 CONFIG = Path(__file__).resolve().parents[1] / 'config'

@@ -12,15 +12,14 @@ from poststall_sim import definition
 from poststall_sim.aircraft import (
     Airfoil,
     ConfigError,
-    Control,
-    Effector,
-    Engine,
     MassProperties,
     Reference,
     Section,
     Surface,
     read_only,
 )
+from poststall_sim.controls import Control, Effector
+from poststall_sim.engines import Engine
 
 ROOT = Section((0.0, 0.0, 0.0), 0.4, 'wing')
 TIP = Section((0.0, 1.5, 0.0), 0.3, 'wing')

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from poststall_sim import __version__, cli, definition, jobs, options, simulation
+from poststall_sim import __version__, cli, definition, jobs, simulation
 from poststall_sim.aero import model as models
 from poststall_sim.frames import GRAVITY
 
@@ -51,7 +51,7 @@ def test_help_of_each_command_gives_an_example_that_parses(name, capsys):
     example, = (line for line in text.splitlines() if line.startswith('example: '))
     words = example.split()
     assert words[1:3] == ['poststall', name]
-    assert options.parse(words[2:]).command == name
+    assert cli.parse(words[2:]).command == name
 
 
 def test_as_a_user_runs_it(tmp_path):
@@ -148,11 +148,11 @@ def test_a_broken_aircraft_file_is_one_line_that_names_file_and_key(tmp_path, ca
 
 
 def test_ranges_keep_their_ends_and_their_direction():
-    assert options.parse(['polar', '--alpha', '-4:4:2']).alpha == [-4.0, -2.0, 0.0, 2.0, 4.0]
-    assert options.parse(['polar', '--alpha', '2:0']).alpha == [2.0, 1.0, 0.0]
-    assert options.parse(['polar', '--alpha', '0:0.3:0.1']).alpha == [0.0, 0.1, 0.2, 0.3]
-    assert options.parse(['polar', '--alpha=-7']).alpha == [-7.0]
-    assert options.parse(['fly', '--wind', '-1,2,-3']).wind.tolist() == [-1.0, 2.0, -3.0]
+    assert cli.parse(['polar', '--alpha', '-4:4:2']).alpha == [-4.0, -2.0, 0.0, 2.0, 4.0]
+    assert cli.parse(['polar', '--alpha', '2:0']).alpha == [2.0, 1.0, 0.0]
+    assert cli.parse(['polar', '--alpha', '0:0.3:0.1']).alpha == [0.0, 0.1, 0.2, 0.3]
+    assert cli.parse(['polar', '--alpha=-7']).alpha == [-7.0]
+    assert cli.parse(['fly', '--wind', '-1,2,-3']).wind.tolist() == [-1.0, 2.0, -3.0]
 
 
 def test_polar_writes_every_point_with_its_strips(tmp_path):

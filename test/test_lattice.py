@@ -12,7 +12,8 @@ import wings
 from poststall_sim.aero import lattice as lattices
 from poststall_sim.aero.lattice import flap_effectiveness, flat_plate_share
 from poststall_sim.aero.model import Settings, build
-from poststall_sim.aircraft import ConfigError, Control, Effector
+from poststall_sim.aircraft import ConfigError
+from poststall_sim.controls import Control, Effector
 
 FOIL = wings.potential()
 

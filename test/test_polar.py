@@ -16,6 +16,7 @@ from poststall_sim.aero import model as models
 from poststall_sim.aero.decambering import AngleForm, Closure
 from poststall_sim.aero.polars import section_polar
 from poststall_sim.aero.schemes import Scheme, Start
+from poststall_sim.commands.polar import _row
 from poststall_sim.polar import Condition
 from poststall_sim.state import Status
 
@@ -237,8 +238,8 @@ def test_a_point_that_may_not_be_unique_is_marked_in_the_table():
     point = {'alpha_deg': 20.0, **dict.fromkeys(jobs.COEFFICIENTS, 0.0), 'status': 'converged',
              'stalled_strips': 3, 'strips': {'cl': [0.0] * 5}, 'iterations': 4,
              'max_residual': 1e-6, 'uniqueness': -0.25, 'flags': ['MAY_NOT_BE_UNIQUE']}
-    assert cli._polar_row(point)[-3:] == ['1e-06', '-0.250', 'converged MAY_NOT_BE_UNIQUE']
-    assert cli._polar_row({**point, 'uniqueness': None, 'flags': []})[-2:] == ['-', 'converged']
+    assert _row(point)[-3:] == ['1e-06', '-0.250', 'converged MAY_NOT_BE_UNIQUE']
+    assert _row({**point, 'uniqueness': None, 'flags': []})[-2:] == ['-', 'converged']
 
 
 def test_a_run_starts_from_an_earlier_one(tmp_path, capsys):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from poststall_sim import definition
-from poststall_sim.aircraft import Engine
+from poststall_sim.engines import Engine
 from poststall_sim.propulsion import thrust
 
 STATIC, ZERO_AT = 20.0, 25.0

@@ -6,7 +6,7 @@ import re
 import shlex
 from pathlib import Path
 
-from poststall_sim import inlets, options, topics
+from poststall_sim import cli, inlets, topics
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
@@ -36,5 +36,5 @@ def test_every_command_line_of_the_readme_parses(tmp_path, monkeypatch):
     blocks = re.findall(r'^```\w*\n(.*?)^```', README, re.MULTILINE | re.DOTALL)
     lines = [line for block in blocks for line in block.replace('\\\n', ' ').splitlines()
              if line.startswith('poststall ')]
-    commands = [options.parse(shlex.split(line, comments=True)[1:]).command for line in lines]
+    commands = [cli.parse(shlex.split(line, comments=True)[1:]).command for line in lines]
     assert set(commands) == {'polar', 'trim', 'modes', 'fly', 'plot'}

@@ -18,16 +18,8 @@ from poststall_sim.aero import model as models
 from poststall_sim.aero import solver
 from poststall_sim.aero.wake import Placement
 from poststall_sim.aero.wash import Precision
-from poststall_sim.aircraft import (
-    Aircraft,
-    Airfoil,
-    Control,
-    Effector,
-    MassProperties,
-    Reference,
-    Section,
-    Surface,
-)
+from poststall_sim.aircraft import Aircraft, Airfoil, MassProperties, Reference, Section, Surface
+from poststall_sim.controls import Control, Effector
 from poststall_sim.frames import body_to_geometry, velocity_from_flow_angles
 
 CONFIG = Path(__file__).resolve().parents[1] / 'config'

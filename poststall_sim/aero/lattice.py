@@ -19,15 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from poststall_sim.aero import polars
-from poststall_sim.aircraft import (
-    Aircraft,
-    ConfigError,
-    Control,
-    Effector,
-    Section,
-    Surface,
-    read_only,
-)
+from poststall_sim.aircraft import Aircraft, ConfigError, Section, Surface, read_only
+from poststall_sim.controls import Control, Effector
 from poststall_sim.frames import FloatArray, control_sign
 
 

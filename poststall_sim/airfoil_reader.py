@@ -1,0 +1,55 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""Section curves from CSV files."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from poststall_sim.aircraft import Airfoil
+from poststall_sim.reader import file_text, place_of, scalar, shown, suggestion
+
+_COLUMNS = ('alpha_deg', 'cl', 'cd', 'cm')
+
+
+def airfoil(path: str | os.PathLike[str], name: str | None = None) -> Airfoil:
+    """
+    Read a section's curves from a CSV file, named ``name`` or after the file.
+
+    Lines that start with ``#`` are comments; the first other line names the columns alpha_deg,
+    cl, cd, cm in any order; cm is about the quarter chord, nose-up positive.
+    """
+    where = place_of(path)
+    lines = [(number, [cell.strip() for cell in line.split(',')])
+             for number, line in enumerate(file_text(path).splitlines(), start=1)
+             if line.strip() and not line.lstrip().startswith('#')]
+    if not lines:
+        raise where.error(f'is empty, expected the columns {",".join(_COLUMNS)}')
+    where_header, columns = where.line(lines[0][0]), lines[0][1]
+    for column in columns:
+        if column not in _COLUMNS or columns.count(column) > 1:
+            raise where_header.error(
+                f'column {shown(column)} is {"there twice" if column in _COLUMNS else "unknown"}, '
+                f'expected {",".join(_COLUMNS)}{suggestion(column, _COLUMNS)}')
+    for column in _COLUMNS:
+        if column not in columns:
+            raise where_header.error(f'column {column} is missing, expected '
+                                     f'{",".join(_COLUMNS)}, got {shown(",".join(columns))}')
+    rows: list[dict[str, float]] = []
+    for number, cells in lines[1:]:
+        row = where.line(number)
+        if len(cells) != len(columns):
+            raise row.error(f'must have {len(columns)} values, got {len(cells)}')
+        rows.append({column: row.key(column).number(scalar(cell) if cell else cell)
+                     for column, cell in zip(columns, cells)})
+        if len(rows) > 1 and rows[-1]['alpha_deg'] <= rows[-2]['alpha_deg']:
+            raise row.key('alpha_deg').error(
+                f'must increase from row to row, got {rows[-1]["alpha_deg"]:g} after '
+                f'{rows[-2]["alpha_deg"]:g}')
+    alpha, cl, cd, cm = (np.array([row[column] for row in rows]) for column in _COLUMNS)
+    if len(rows) and np.abs(alpha).max() <= 4.0:
+        raise where.error(f'alpha_deg must run from -180 to 180 deg, got {alpha[0]:g} to '
+                          f'{alpha[-1]:g} (are these radians?)')
+    return where.build(Airfoil, name=Path(path).stem if name is None else name,
+                       alpha=np.radians(alpha), cl=cl, cd=cd, cm=cm)

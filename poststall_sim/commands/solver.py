@@ -1,0 +1,132 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""What commands on an aircraft share: which one, how it is computed, how results begin."""
+
+import argparse
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from poststall_sim import __version__, terminal
+from poststall_sim import option_values as values
+from poststall_sim.aero import model as models
+
+Command = Callable[[str, str, str, str | None], argparse.ArgumentParser]
+"""Adds a command: its name, what it does, an example of its options, its default aircraft."""
+
+
+def add_options(command: argparse.ArgumentParser, *,
+                closure: str = '(default nonlocal)') -> argparse._ArgumentGroup:
+    """Add the options of the solver and return their group, for those of one command."""
+    group = command.add_argument_group('solver')
+    group.add_argument('--panels', type=values.count, metavar='N',
+                       help='panels along every chord (default 4)')
+    group.add_argument('--strips', type=values.by_surface(values.count), action='append',
+                       default=[], metavar='N or NAME=N',
+                       help='strips of every surface, or of one: instead of those of the '
+                       'definition; may be given again')
+    group.add_argument('--closure', choices=('nonlocal', 'local'),
+                       help=f'how the section angle is found {closure}')
+    group.add_argument('--ell', type=values.by_surface(values.number), action='append',
+                       default=[], metavar='CHORDS or NAME=CHORDS',
+                       help='averaging length of the non-local closure, of all surfaces or '
+                       'of one (default 1)')
+    group.add_argument('--no-decambering', action='store_true',
+                       help='attached flow at any angle')
+    return group
+
+
+def aircraft(arguments: argparse.Namespace):
+    """Return the aircraft that the options name."""
+    from poststall_sim import definition
+    return definition.aircraft(definition.find(definition.Kind.AIRCRAFT, arguments.aircraft))
+
+
+def model(arguments: argparse.Namespace):
+    """Return the model that the options ask for."""
+    defined = aircraft(arguments)
+    names = [surface.name for surface in defined.surfaces]
+    strips = _of_surfaces('strips', arguments.strips, names,
+                          [surface.strips for surface in defined.surfaces])
+    cut = replace(defined, surfaces=tuple(
+        replace(surface, strips=int(n)) for surface, n in zip(defined.surfaces, strips)))
+    ell = _of_surfaces('ell', arguments.ell, names, [models.DEFAULTS.ell] * len(names))
+    settings = _settings(arguments, ell[0] if len(set(ell)) == 1 else tuple(ell))
+    with terminal.patience():
+        return models.build(cut, settings)
+
+
+def _of_surfaces(option: str, given: list[dict[str, float]], names: list[str],
+                 defaults: list) -> list:
+    """Return a number for each surface: its own, that of all, or its default."""
+    from poststall_sim.aircraft import ConfigError
+    chosen = {name: value for each in given for name, value in each.items()}
+    for name in chosen:
+        if name not in ('', *names):
+            raise ConfigError(f'--{option}: there is no surface {name!r}, there are '
+                              f'{", ".join(names)}')
+    return [chosen.get(name, chosen.get('', value)) for name, value in zip(names, defaults)]
+
+
+def _settings(arguments: argparse.Namespace, ell: float | tuple[float, ...]):
+    """Return the settings that the options ask for; refuse what would have no effect."""
+    from poststall_sim.aero.decambering import AngleForm, Closure
+    from poststall_sim.aero.schemes import Scheme, Start
+    from poststall_sim.aero.separation import Separation
+    from poststall_sim.aero.wake import Shape
+    from poststall_sim.aircraft import ConfigError
+    asked = vars(arguments)
+    scheme, damping = asked.get('scheme'), asked.get('damping')
+    closure = Closure(arguments.closure or ('local' if scheme else 'nonlocal'))
+    by_scheme = closure is Closure.LOCAL and scheme in ('A', 'B', 'C', 'D')
+    start = asked.get('start', ('previous', None))[0]
+    if closure is Closure.NONLOCAL and scheme in ('A', 'B', 'C', 'D'):
+        raise ConfigError(f'scheme {scheme} solves the local closure: give --closure local')
+    if closure is Closure.LOCAL and arguments.ell:
+        raise ConfigError('--ell is for the non-local closure: the local one averages nothing')
+    if not by_scheme and damping not in (None, 1.0):
+        raise ConfigError('--damping is for schemes A to D: give --scheme')
+    if not by_scheme and start == 'schemeA1':
+        raise ConfigError('--start schemeA1 is for schemes A to D: give --scheme')
+    for name, law in (('lag', 'lag'), ('relaxation', 'goman_khrabrov'),
+                      ('delay', 'goman_khrabrov')):
+        if asked.get(name) is not None and asked.get('separation', law) != law:
+            raise ConfigError(f'--{name} is for --separation {law}')
+    if arguments.no_decambering:
+        idle = [name for name in ('closure', 'ell', 'scheme', 'damping', 'symmetric', 'tolerance',
+                                  'limit', 'starts') if asked.get(name)]
+        if idle or start != 'previous':
+            raise ConfigError(f'--{(idle or ["start"])[0]} has no effect with --no-decambering')
+    given = {'chordwise': arguments.panels, 'damping': damping,
+             'tolerance': asked.get('tolerance'), 'limit': asked.get('limit'),
+             'scheme': Scheme(scheme) if scheme else None,
+             'separation': Separation(asked['separation']) if asked.get('separation') else None,
+             'wake': Shape.FROZEN if asked.get('frozen_wake') else
+             Shape(asked['wake']) if isinstance(asked.get('wake'), str) else None,
+             **{name: asked.get(name) for name in ('lag', 'relaxation', 'delay', 'ground')}}
+    return models.Settings(
+        closure=closure, ell=ell, decambering=not arguments.no_decambering,
+        angle_form=AngleForm(asked.get('angle_form', 'exact')),
+        start=Start(start) if start in ('zero', 'schemeA1') else Start.GIVEN,
+        symmetric=asked.get('symmetric', False), unsteady='angle_form' not in asked,
+        **{key: value for key, value in given.items() if value is not None})
+
+
+def head(arguments: argparse.Namespace, model) -> dict[str, Any]:
+    """Return what every result begins with: who made it, of what, how."""
+    from poststall_sim.aero.decambering import Closure
+    reference, settings = model.aircraft.reference, model.settings
+    local = settings.closure is Closure.LOCAL
+    return {
+        'poststall_sim': __version__, 'aircraft': model.aircraft.name,
+        'closure': settings.closure.value, 'scheme': settings.scheme.value if local else 'newton',
+        'reference': {'area_m2': reference.area, 'chord_m': reference.chord,
+                      'span_m': reference.span, 'cg_m': list(model.aircraft.mass.cg_G)},
+        'settings': {
+            'panels': settings.chordwise, 'closure': settings.closure.value,
+            'strips': {grid.name: grid.strips.stop - grid.strips.start
+                       for grid in model.lattice.grids},
+            'ell_chords': settings.ell, 'decambering': settings.decambering,
+            'angle_form': settings.angle_form.value, 'damping': settings.damping,
+            'symmetric': settings.symmetric, 'tolerance': settings.tolerance,
+            'limit': settings.limit}}
