@@ -196,6 +196,9 @@ class Reports:
     def message(self, name):
         return self._status(name).message
 
+    def keys(self, name):
+        return {item.key for item in self._status(name).values}
+
     def value(self, name, key):
         return next(item.value for item in self._status(name).values if item.key == key)
 

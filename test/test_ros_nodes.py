@@ -349,6 +349,9 @@ def test_pilot_and_recorder_make_a_bag_of_a_scenario(start, tmp_path):
     flown = pose.time[pose.time <= 2.0]
     # 50 Hz and reliable; a recorder that a busy machine stops for 0.2 s outruns the history.
     assert len(np.unique(flown)) == pytest.approx(100, abs=15)
+    for name, rate in (('/odom', 50.0), ('/joint_states', 50.0), ('/wind/applied', 5.0)):
+        gaps = np.diff(np.unique(series[name].time))   # by default; in whole steps of 8 ms
+        assert np.median(gaps) == pytest.approx(1.0 / rate, abs=8.1e-3), name
     # At most one for each sample of /clock, of which a busy machine loses many: best effort.
     assert np.count_nonzero((commands.time > 0.0) & (commands.time < 2.0)) >= 20
     elevator = series['/joint_states'].by_name()['elevator']

@@ -7,16 +7,22 @@ import pytest
 
 pytest.importorskip('rclpy', reason='rclpy is not installed')
 
-from geometry_msgs.msg import WrenchStamped
+from geometry_msgs.msg import (
+    AccelStamped,
+    PoseStamped,
+    TwistStamped,
+    Vector3Stamped,
+    WrenchStamped,
+)
 from nav_msgs.msg import Odometry, Path
-from processes import Reports, nanoseconds, send_until
+from processes import Reports, nanoseconds, send_sparingly, send_until
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Imu, JointState, PointCloud2
-from std_msgs.msg import Float64
+from std_msgs.msg import Float64, Float64MultiArray
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
-from poststall_sim import cdr, topics
+from poststall_sim import cdr, definition, topics
 from poststall_sim.ros import messages
 from poststall_sim.ros.messages import available, message_class, qos_profile
 from poststall_sim.topics import Rate
@@ -167,13 +173,28 @@ def test_sensors_without_errors_measure_what_there_is_and_come_late_as_told(star
         0.5 * 1.1673 * speed.x ** 2, rel=1e-3)
 
 
+def with_flaps(folder):
+    """Write a trainer that has two flaps inboard of its ailerons; return its path."""
+    trainer = definition.find(definition.Kind.AIRCRAFT, 'trainer')
+    before, elevator, after = trainer.read_text(encoding='utf-8').partition('  elevator:')
+    for side in ('left', 'right'):
+        before += f"""  flap_{side}:
+    limits_deg: [-20.0, 20.0]
+    effectors:
+      - {{surface: wing, side: {side}, span: [0.1, 0.5], hinge: 0.75, gain: 1.0}}
+"""
+    (folder / 'flaps.yaml').write_text(before + elevator + after, encoding='utf-8')
+    return folder / 'flaps.yaml'
+
+
 @pytest.fixture
-def lockstep(start, probe):
+def lockstep(request, start, probe, tmp_path):
     """Start a paused simulator; return what steps it and shows the latest messages."""
+    aircraft = request.param(tmp_path) if hasattr(request, 'param') else 'trainer'
     start('simulator', ros=[
-        '-p', 'start_paused:=true', '-p', 'command.timeout:=1000.0', '-p', 'rates.ned:=50.0',
-        '-p', 'initial.altitude:=500.0', '-p', 'rates.diagnostics:=10.0',
-        '-p', 'initial.airspeed:=15.0'])
+        '-p', f'aircraft:={aircraft}', '-p', 'start_paused:=true', '-p', 'rates.ned:=50.0',
+        '-p', 'command.timeout:=1000.0', '-p', 'initial.altitude:=500.0',
+        '-p', 'rates.diagnostics:=10.0', '-p', 'initial.airspeed:=15.0'])
 
     class Lockstep:
         def __init__(self):
@@ -221,8 +242,13 @@ def lockstep(start, probe):
     return Lockstep()
 
 
+@pytest.mark.parametrize('lockstep', [with_flaps], indirect=True)
 def test_each_control_makes_the_moment_that_its_sign_says(lockstep, probe):
-    """In FLU: roll to the right about +x, nose down about +y, nose to the left about +z."""
+    """
+    In FLU: roll to the right about +x, nose down about +y, nose to the left about +z.
+
+    A trailing edge that goes down lifts: a flap lifts its side.
+    """
     wrenches = lockstep.follow(WrenchStamped, 'wrench')
     pushes = lockstep.follow(WrenchStamped, 'wrench/propulsion')
     frd = lockstep.follow(WrenchStamped, 'wrench_frd')
@@ -243,6 +269,12 @@ def test_each_control_makes_the_moment_that_its_sign_says(lockstep, probe):
     torque, ned = wrenches[-1].wrench.torque, frd[-1].wrench.torque
     assert (torque.x, torque.y, torque.z) == (ned.x, -ned.y, -ned.z)    # nose right is + in FRD
     assert ned.z > 0.0
+
+    left, right = moments(flap_left=0.1) - still, moments(flap_right=0.1) - still
+    assert left[0] > 1.0 and right == pytest.approx(left * [-1.0, 1.0, -1.0], rel=1e-3)
+    lifted = wrenches[-1].wrench.force.z
+    assert moments(flap_right=-0.1)[0] - still[0] > 1.0
+    assert lifted - wrenches[-1].wrench.force.z > 2.0                   # N
 
     before = pushes[-1].wrench.force.x
     moments(throttle=0.3)
@@ -305,6 +337,98 @@ def test_wind_shows_as_sideslip_at_once_and_as_drift_when_trimmed_in_it(lockstep
     assert (odom[-1].pose.pose.position.x - begin[0]) / passed == pytest.approx(-3.0, abs=0.05)
     assert abs(betas[-1].data) < 0.02
     assert speeds[-1].data == pytest.approx(15.0, abs=0.2)
+
+
+def xyz(vector):
+    return np.array([vector.x, vector.y, vector.z])
+
+
+def turned(q, vector):
+    """Return a vector of the child frame in the parent frame, by Rodrigues' formula."""
+    axis = np.array([q.x, q.y, q.z])
+    return vector + 2.0 * np.cross(axis, np.cross(axis, vector) + q.w * vector)
+
+
+def test_all_topics_of_an_instant_say_the_same_and_rates_are_slopes(lockstep, probe):
+    """In a turning pull-up through a wind; map is ENU, base_link FLU, everywhere in SI."""
+    assert probe.set_parameter('wind.velocity', [2.0, -1.0, 0.5]).successful
+    lockstep.move(elevator=-0.1, aileron=0.05, rudder=0.05)
+    lockstep.step(25)
+    odoms, poses = lockstep.follow(Odometry, 'odom'), lockstep.follow(PoseStamped, 'pose')
+    twists, air, accels, winds = (lockstep.follow(kind, name) for kind, name in (
+        (TwistStamped, 'twist'), (TwistStamped, 'twist/air'), (AccelStamped, 'accel'),
+        (Vector3Stamped, 'wind/applied')))
+    clouds = lockstep.follow(PointCloud2, 'strips', BEST_EFFORT)
+    numbers = {name: lockstep.follow(Float64, f'air_data/{name}')
+               for name in ('airspeed', 'alpha', 'beta', 'load_factor')}
+    strips = {name: lockstep.follow(Float64MultiArray, f'strip_{name}') for name in (
+        'cl', 'cd', 'cm', 'alpha', 'decambering', 'stalled', 'gamma')}
+    strip_y, chord = (lockstep.follow(Float64MultiArray, name, LATCHED)
+                      for name in ('strip_y', 'strip_chord'))
+    before, here, accel = odoms[-1], None, None
+    for count in range(2):
+        for heard in (*numbers.values(), *strips.values()):
+            heard.clear()
+        lockstep.step(1)
+        probe.spin_until(lambda: all((*numbers.values(), *strips.values())), 'all of the step')
+        if count == 0:
+            here, accel = odoms[-1], accels[-1].accel
+            pose, twist, through, wind = (
+                poses[-1].pose, twists[-1].twist, air[-1].twist, xyz(winds[-1].vector))
+            found = {name: heard[-1].data for name, heard in numbers.items()}
+            rows = {name: np.array(heard[-1].data) for name, heard in strips.items()}
+            cloud = clouds[-1]
+    after, dt = odoms[-1], 1e-9 * lockstep.dt_ns
+
+    assert pose == here.pose.pose and twist == here.twist.twist
+    q, velocity = pose.orientation, xyz(twist.linear)
+    assert wind.tolist() == [2.0, -1.0, 0.5]
+    assert turned(q, xyz(through.linear)) == pytest.approx(turned(q, velocity) - wind)
+    assert through.angular == twist.angular
+    u, v, w = xyz(through.linear) * [1.0, -1.0, -1.0]
+    assert found['airspeed'] == pytest.approx(np.sqrt(u * u + v * v + w * w))
+    assert found['alpha'] == pytest.approx(np.arctan2(w, u)) and found['alpha'] > 0.05
+    assert found['beta'] == pytest.approx(np.arcsin(v / found['airspeed']))
+    assert abs(found['beta']) > 0.02 and found['load_factor'] > 1.2
+
+    # Central differences over 12 ms: of motions that take a tenth of a second, to a thousandth.
+    def slope(of):
+        return (of(after) - of(before)) / (2.0 * dt)
+    assert slope(lambda odom: xyz(odom.pose.pose.position)) == pytest.approx(
+        turned(q, velocity), abs=1e-3)
+    assert turned(q, xyz(accel.linear)) == pytest.approx(slope(
+        lambda odom: turned(odom.pose.pose.orientation, xyz(odom.twist.twist.linear))), abs=0.02)
+    assert xyz(accel.angular) == pytest.approx(
+        slope(lambda odom: xyz(odom.twist.twist.angular)), abs=0.02)
+
+    names = [field.name for field in cloud.fields]
+    points = np.frombuffer(bytes(cloud.data), '<f4').reshape(cloud.width, -1)
+    for name in ('cl', 'cd', 'cm', 'alpha', 'decambering', 'stalled'):
+        assert points[:, names.index(name)] == pytest.approx(rows[name], rel=1e-6, abs=1e-7), name
+    assert points[:, names.index('y')] == pytest.approx(np.array(strip_y[-1].data), rel=1e-6)
+    # Of the wing, whose strips feel about the airspeed: cl = 2 gamma / (V c).
+    assert (2.0 * rows['gamma'] / (found['airspeed'] * np.array(chord[-1].data)))[:20] \
+        == pytest.approx(rows['cl'][:20], rel=0.1)
+
+
+def test_at_no_airspeed_there_is_no_force_and_the_last_one_does_not_stay(lockstep, probe):
+    wrenches = lockstep.follow(WrenchStamped, 'wrench')
+    speeds = lockstep.follow(Float64, 'air_data/airspeed')
+    odoms = lockstep.follow(Odometry, 'odom')
+    still = probe.publisher(Odometry, 'set_state')
+    message = Odometry()
+    message.pose.pose.orientation.w, message.pose.pose.position.z = 1.0, 300.0
+    assert wrenches[-1].wrench.force.z > 80.0
+    wrenches.clear()
+    send_sparingly(lockstep.reports, still, message,
+                   lambda: odoms[-1].pose.pose.position.z == 300.0, 'the state')
+    probe.spin_until(lambda: wrenches and speeds and speeds[-1].data == 0.0, 'no airspeed')
+    force, torque = xyz(wrenches[-1].wrench.force), xyz(wrenches[-1].wrench.torque)
+    # But for the air that it begins to carry as it falls: a part of its weight of 88 N.
+    assert np.abs(force).max() < 10.0 and np.abs(torque).max() < 2.0
+    lockstep.step(2)
+    assert np.isfinite(xyz(wrenches[-1].wrench.force)).all()
+    assert odoms[-1].twist.twist.linear.z < 0.0      # it falls
 
 
 def test_views_are_there_for_who_looks_and_stand_where_the_aircraft_is(lockstep, probe):
