@@ -108,6 +108,16 @@ class Probe:
         self.node.create_subscription(kind, topic, heard.append, qos)
         return heard
 
+    def collect_with_infos(self, kind, topic, qos):
+        """Return lists of the messages of a topic and of what the middleware says of each."""
+        heard, infos = [], []
+
+        def hear(message, info):
+            heard.append(message)
+            infos.append(info)
+        self.node.create_subscription(kind, topic, hear, qos)
+        return heard, infos
+
     def publisher(self, kind, topic):
         """Return a publisher that somebody listens to."""
         publisher = self.node.create_publisher(kind, topic, 10)

@@ -45,15 +45,10 @@ class Flight:
         self.probe = probe
         self.clocks = probe.collect(Clock, '/clock', QoSProfile(
             depth=100, reliability=ReliabilityPolicy.BEST_EFFORT))
-        self.odoms, self.infos = [], []
-        probe.node.create_subscription(Odometry, 'odom', self._hear, 1000)
+        self.odoms, self.infos = probe.collect_with_infos(Odometry, 'odom', 1000)
         self.joints = probe.collect(JointState, 'joint_states', 1000)
         self.reports = Reports(probe)
         self.go_on()
-
-    def _hear(self, message, info):
-        self.odoms.append(message)
-        self.infos.append(info)
 
     def go_on(self, count=10):
         """Wait until the flight has gone on for some states."""
