@@ -219,6 +219,8 @@ def test_the_graph_has_every_row_and_each_parameter_is_described_checked_and_gua
 
 
 def test_what_does_not_go_together_is_refused_with_its_reason():
+    few = replace(SimulatorSettings(), decambering_max_iterations=3)
+    assert simulator.aero_settings(few).limit == 3
     with pytest.raises(ConfigError, match='separation lag is for'):
         simulator.aero_settings(replace(
             SimulatorSettings(), separation='lag', decambering_enabled=False))

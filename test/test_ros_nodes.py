@@ -233,17 +233,20 @@ def test_parameters_act(start, probe):
         '-p', 'max_steps_per_wake:=3', '-p', 'frames.map:=world', '-p', 'frames.base:=body',
         '-p', 'rates.strips:=0.0', '-p', 'rates.wind:=1.0', '-p', 'reset.time:=true',
         '-p', 'rates.diagnostics:=10.0', '-p', 'decambering.enabled:=false',
+        '-p', 'uvlm.spanwise:=8',
         '-p', 'command.on_timeout:=neutral', '-p', 'command.timeout:=3.0'])
     poses = probe.collect(PoseStamped, 'pose')
     winds = probe.collect(Vector3Stamped, 'wind/applied')
     strips = probe.collect(Float64MultiArray, 'strip_cl')
+    strip_y = probe.collect(Float64MultiArray, 'strip_y', LATCHED)
     joints = probe.collect(JointState, 'joint_states')
     wrenches = probe.collect(WrenchStamped, 'wrench')
     reports = Reports(probe)
-    probe.spin_until(lambda: len(winds) > 2 and reports.heard, 'messages')
+    probe.spin_until(lambda: len(winds) > 2 and strip_y and reports.heard, 'messages')
     assert poses[0].header.frame_id == 'world' and wrenches[0].header.frame_id == 'body'
     assert reports.value('pace', 'dt_s') == '0.012'
     assert reports.value('solver', 'closure').startswith('off')
+    assert len(strip_y[0].data) == 3 * 8   # of wing, tail and fin
     assert not strips
     assert not probe.node.count_publishers('strip_cl')   # off is off, its rate being 0
     assert not probe.node.count_publishers('/clock')
