@@ -123,14 +123,16 @@ def array_publisher(probe, tape, reports):
 
 
 def flown_by_array(probe, tape, count):
-    """Fly slowly, with the clock of standing time coming several times at each step."""
+    """Fly slowly, with the clock of standing time coming several times at every third step."""
     publisher = array_publisher(probe, tape, Reports(probe))
     clocks = tape.heard[topics.CLOCK.name]
     for k in range(count):
         publisher.publish(Float64MultiArray(data=pulled(tape.joints, k)))
         probe.spin_until(lambda k=k: tape.steps() > k, f'step {k}')
-        seen = len(clocks)
-        probe.spin_until(lambda seen=seen: len(clocks) > seen + 1, 'the clock of standing time')
+        if k % 3 == 0:
+            seen = len(clocks)
+            probe.spin_until(
+                lambda seen=seen: len(clocks) > seen + 1, 'the clock of standing time')
 
 
 def test_the_same_commands_give_the_same_bytes_at_any_speed(start, probe, another_graph):

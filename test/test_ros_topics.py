@@ -181,6 +181,16 @@ def test_sensors_without_errors_measure_what_there_is_and_come_late_as_told(star
         0.5 * 1.1673 * speed.x ** 2, rel=1e-3)
 
 
+def xyz(vector):
+    return np.array([vector.x, vector.y, vector.z])
+
+
+def turned(q, vector):
+    """Return a vector of the child frame in the parent frame, by Rodrigues' formula."""
+    axis = np.array([q.x, q.y, q.z])
+    return vector + 2.0 * np.cross(axis, np.cross(axis, vector) + q.w * vector)
+
+
 def with_flaps(folder):
     """Write a trainer that has two flaps inboard of its ailerons; return its path."""
     trainer = definition.find(definition.Kind.AIRCRAFT, 'trainer')
@@ -303,7 +313,7 @@ def test_joint_states_say_how_fast_a_control_moves(lockstep, probe):
     assert list(lockstep.joints[-1].velocity) == [0.0] * 4
 
 
-def test_an_accelerometer_feels_lift_and_rates_are_those_of_the_twist(lockstep, probe):
+def test_an_accelerometer_feels_the_lift_there_is_and_at_no_airspeed_none(lockstep, probe):
     imu = lockstep.follow(Imu, 'imu')
     odom = lockstep.follow(Odometry, 'odom')
     wrench, push = (lockstep.follow(WrenchStamped, name) for name in (
@@ -323,6 +333,21 @@ def test_an_accelerometer_feels_lift_and_rates_are_those_of_the_twist(lockstep, 
     assert felt.orientation == odom[-1].pose.pose.orientation
     assert np.linalg.norm([felt.orientation.x, felt.orientation.y, felt.orientation.z,
                            felt.orientation.w]) == pytest.approx(1.0)
+
+    # At rest in the air it is the force of that which counts, not the last one that there was.
+    still = Odometry()
+    still.pose.pose.orientation.w, still.pose.pose.position.z = 1.0, 300.0
+    speeds = lockstep.follow(Float64, 'air_data/airspeed')
+    wrench.clear()
+    send_sparingly(lockstep.reports, probe.publisher(Odometry, 'set_state'), still,
+                   lambda: odom[-1].pose.pose.position.z == pytest.approx(300.0), 'the state')
+    probe.spin_until(lambda: wrench and speeds[-1].data == 0.0, 'no airspeed')
+    # But for the air that it takes along as it begins to fall: a part of its weight of 88 N.
+    assert np.abs(xyz(wrench[-1].wrench.force)).max() < 10.0
+    assert np.abs(xyz(wrench[-1].wrench.torque)).max() < 2.0
+    lockstep.step(2)
+    assert np.isfinite(xyz(wrench[-1].wrench.force)).all()
+    assert odom[-1].twist.twist.linear.z < 0.0
 
 
 def test_wind_shows_as_sideslip_at_once_and_as_drift_when_trimmed_in_it(lockstep, probe):
@@ -345,16 +370,6 @@ def test_wind_shows_as_sideslip_at_once_and_as_drift_when_trimmed_in_it(lockstep
     assert (odom[-1].pose.pose.position.x - begin[0]) / passed == pytest.approx(-3.0, abs=0.05)
     assert abs(betas[-1].data) < 0.02
     assert speeds[-1].data == pytest.approx(15.0, abs=0.2)
-
-
-def xyz(vector):
-    return np.array([vector.x, vector.y, vector.z])
-
-
-def turned(q, vector):
-    """Return a vector of the child frame in the parent frame, by Rodrigues' formula."""
-    axis = np.array([q.x, q.y, q.z])
-    return vector + 2.0 * np.cross(axis, np.cross(axis, vector) + q.w * vector)
 
 
 def test_all_topics_of_an_instant_say_the_same_and_rates_are_slopes(lockstep, probe):
@@ -417,26 +432,6 @@ def test_all_topics_of_an_instant_say_the_same_and_rates_are_slopes(lockstep, pr
     # Of the wing, whose strips feel about the airspeed: cl = 2 gamma / (V c).
     assert (2.0 * rows['gamma'] / (found['airspeed'] * np.array(chord[-1].data)))[:20] \
         == pytest.approx(rows['cl'][:20], rel=0.1)
-
-
-def test_at_no_airspeed_there_is_no_force_and_the_last_one_does_not_stay(lockstep, probe):
-    wrenches = lockstep.follow(WrenchStamped, 'wrench')
-    speeds = lockstep.follow(Float64, 'air_data/airspeed')
-    odoms = lockstep.follow(Odometry, 'odom')
-    still = probe.publisher(Odometry, 'set_state')
-    message = Odometry()
-    message.pose.pose.orientation.w, message.pose.pose.position.z = 1.0, 300.0
-    assert wrenches[-1].wrench.force.z > 80.0
-    wrenches.clear()
-    send_sparingly(lockstep.reports, still, message,
-                   lambda: odoms[-1].pose.pose.position.z == 300.0, 'the state')
-    probe.spin_until(lambda: wrenches and speeds and speeds[-1].data == 0.0, 'no airspeed')
-    force, torque = xyz(wrenches[-1].wrench.force), xyz(wrenches[-1].wrench.torque)
-    # But for the air that it begins to carry as it falls: a part of its weight of 88 N.
-    assert np.abs(force).max() < 10.0 and np.abs(torque).max() < 2.0
-    lockstep.step(2)
-    assert np.isfinite(xyz(wrenches[-1].wrench.force)).all()
-    assert odoms[-1].twist.twist.linear.z < 0.0      # it falls
 
 
 def test_views_are_there_for_who_looks_and_stand_where_the_aircraft_is(lockstep, probe):
