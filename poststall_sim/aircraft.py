@@ -24,7 +24,8 @@ class Airfoil:
     Measured or computed curves of one section over a full turn.
 
     alpha : (n,) strictly increasing from -pi to pi [rad]; cl, cd, cm : (n,) [-], cm about the
-    quarter chord, nose-up positive; the last row equals the first.
+    quarter chord, nose-up positive; the last row equals the first. reynolds : that they hold for,
+    None if that is not known; an aircraft may have several of one name, each of its own.
     """
 
     name: str
@@ -32,6 +33,7 @@ class Airfoil:
     cl: FloatArray
     cd: FloatArray
     cm: FloatArray
+    reynolds: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse tables that are not curves over a full turn."""
@@ -61,6 +63,8 @@ class Airfoil:
             if abs(values[0] - values[-1]) > 1e-9:
                 raise ConfigError(f'airfoil {self.name}: {key} must be the same at -180 and 180 '
                                   f'deg, got {values[0]:g} and {values[-1]:g}')
+        if self.reynolds is not None:
+            require_positive(f'airfoil {self.name}: reynolds', self.reynolds, 'number')
         if self.cd.min() < 0.0:
             raise ConfigError(f'airfoil {self.name}: cd must not be negative, got '
                               f'{self.cd.min():g}')
@@ -193,11 +197,16 @@ class Aircraft:
         if not self.surfaces:
             raise ConfigError('an aircraft needs at least one surface')
         for kind, names in (('surface', [s.name for s in self.surfaces]),
-                            ('airfoil', [a.name for a in self.airfoils]),
                             ('control', [c.name for c in self.controls])):
             for name in names:
                 if names.count(name) > 1:
                     raise ConfigError(f'two {kind}s are named {name}')
+        for name in {airfoil.name for airfoil in self.airfoils}:
+            tables = [airfoil.reynolds for airfoil in self.airfoils if airfoil.name == name]
+            if len(tables) > 1 and (None in tables or len(set(tables)) < len(tables)):
+                told = ', '.join(f'{each:g}' if each else 'none' for each in tables)
+                raise ConfigError(f'two airfoils are named {name}: several tables of one section '
+                                  f'need a Reynolds number each, got {told}')
         if any(control.name == 'throttle' for control in self.controls):
             raise ConfigError("a control must not be named throttle: that is the engines' name")
         airfoils = {airfoil.name for airfoil in self.airfoils}

@@ -84,7 +84,9 @@ def polar(model: Model, flown: Sequence[Condition], *, airspeed: float, altitude
 
     random_starts : besides, count the distinct solutions that so many lead to.
     """
-    air = {'airspeed': airspeed, 'density': standard_air(altitude).density}
+    here = standard_air(altitude)
+    air = {'airspeed': airspeed, 'density': here.density}
+    model = model.at(airspeed, here.kinematic_viscosity)
     generator = np.random.default_rng(seed)
     points = polars.up_and_down(model, flown, **air) if up_and_down else \
         polars.sweep(model, flown, starts=starts, **air)

@@ -66,6 +66,8 @@ class Trim:
         return velocity_from_flow_angles(self.airspeed, self.alpha, 0.0)
 
 
+SPEED_LIMIT, SAME_SPEED = 30, 1e-9
+"""How often a glide's airspeed is put into its Reynolds numbers, and when that is enough."""
 TIGHT = 1e-9
 """Residual of the closure in a search: what it leaves must not pass for a change of balance."""
 
@@ -140,8 +142,9 @@ def straight(model: Model, *, airspeed: float, altitude: float, climb_angle: flo
     Elevator and throttle balance an aircraft with engines; without, elevator and climb angle do.
     alpha0 [rad] is where the search starts: it chooses the branch where there are several.
     """
-    model = _tight(model)
-    density = standard_air(altitude).density
+    air = standard_air(altitude)
+    density = air.density
+    model = _tight(model).at(airspeed, air.kinematic_viscosity)
     engines = bool(model.aircraft.engines)
     state = {'delta': None}
 
@@ -171,10 +174,23 @@ def glide(model: Model, *, alpha: float, altitude: float,
     follows from the weight. delta0 (n,) carries the decambering of a neighbouring alpha along.
     """
     model = _tight(model)
-    density = standard_air(altitude).density
+    air = standard_air(altitude)
+    airspeed = 20.0
+    for _ in range(SPEED_LIMIT):
+        at_speed = model.at(airspeed, air.kinematic_viscosity)
+        found = _glide(at_speed, airspeed, alpha, air.density, delta0)
+        # Coefficients know nothing of the airspeed but the Reynolds number.
+        if at_speed is model or abs(found.airspeed - airspeed) < SAME_SPEED * airspeed:
+            break
+        airspeed, delta0 = found.airspeed, found.aero.strips.delta
+    return found
+
+
+def _glide(model: Model, trial_speed: float, alpha: float, density: float,
+           delta0: FloatArray | None) -> Trim:
+    """Return the glide with the section curves that a model has, whatever the airspeed."""
     weight = model.aircraft.mass.mass * GRAVITY
     low, high = model.aircraft.controls[_elevator(model)].limits
-    trial_speed = 20.0
     state = {'delta': delta0}
 
     def pitching(elevator: float) -> float:
@@ -207,14 +223,16 @@ def powered(model: Model, *, alpha: float, altitude: float, climb_angle: float =
         raise ConfigError(f'{model.aircraft.name} has no engine to hold a climb angle with')
     gliding = glide(model, alpha=alpha, altitude=altitude, delta0=delta0)
     model = _tight(model)
-    density = standard_air(altitude).density
+    air = standard_air(altitude)
+    density = air.density
     elevator0 = float(gliding.controls.deflections[_elevator(model)])
     state = {'delta': gliding.aero.strips.delta}
 
     def imbalance(unknown: FloatArray) -> FloatArray:
         share, elevator, throttle = (float(x) for x in unknown)
         airspeed = gliding.airspeed * share
-        aero = _loads(model, airspeed, alpha, elevator, density, state['delta'])
+        flown = model.at(airspeed, air.kinematic_viscosity)
+        aero = _loads(flown, airspeed, alpha, elevator, density, state['delta'])
         state['aero'], state['delta'] = aero, aero.strips.delta
         return _residual(model, airspeed, alpha, climb_angle, throttle, aero)
 
