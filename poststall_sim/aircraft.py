@@ -15,6 +15,7 @@ import numpy as np
 from poststall_sim.controls import Control
 from poststall_sim.engines import Engine
 from poststall_sim.frames import FloatArray
+from poststall_sim.nonlifting import NonliftingBody
 from poststall_sim.records import ConfigError, read_only, require_positive
 
 
@@ -190,17 +191,19 @@ class Aircraft:
     mass: MassProperties
     controls: tuple[Control, ...] = ()
     engines: tuple[Engine, ...] = ()
+    bodies: tuple[NonliftingBody, ...] = ()
     control_names: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         """Refuse names that point nowhere or twice."""
         if not self.surfaces:
             raise ConfigError('an aircraft needs at least one surface')
-        for kind, names in (('surface', [s.name for s in self.surfaces]),
-                            ('control', [c.name for c in self.controls])):
+        for kinds, names in (('surfaces', [s.name for s in self.surfaces]),
+                             ('controls', [c.name for c in self.controls]),
+                             ('bodies', [b.name for b in self.bodies])):
             for name in names:
                 if names.count(name) > 1:
-                    raise ConfigError(f'two {kind}s are named {name}')
+                    raise ConfigError(f'two {kinds} are named {name}')
         for name in {airfoil.name for airfoil in self.airfoils}:
             tables = [airfoil.reynolds for airfoil in self.airfoils if airfoil.name == name]
             if len(tables) > 1 and (None in tables or len(set(tables)) < len(tables)):

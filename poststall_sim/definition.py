@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from poststall_sim import airfoil_reader, control_reader, engine_reader
+from poststall_sim import airfoil_reader, body_reader, control_reader, engine_reader
 from poststall_sim.aircraft import (
     Aircraft,
     Airfoil,
@@ -138,7 +138,8 @@ def aircraft(path: str | os.PathLike[str]) -> Aircraft:
         mass=_mass_properties(read.mapping('mass')),
         controls=tuple(control_reader.control(controls.mapping(key), key, surfaces)
                        for key in controls.names()),
-        engines=tuple(engine_reader.engine(item) for item in read.mappings('engines', default=[])))
+        engines=tuple(engine_reader.engine(item) for item in read.mappings('engines', default=[])),
+        bodies=tuple(body_reader.body(item) for item in read.mappings('bodies', default=[])))
 
 
 def scenario(path: str | os.PathLike[str]) -> Scenario:

@@ -6,7 +6,7 @@ Section curves over a full turn from what is known of them near zero incidence.
 Each half, alpha >= 0 and alpha <= 0, is put together from three pieces:
 
 * attached: the points given, up to an angle, then levelling off exponentially to a plateau;
-* separated: a plate's normal and axial force, fitted to a NACA 0012 (`separated`), or those of a
+* separated: a plate's normal and axial force, fitted to a NACA 0012 (`plate`), or those of a
   wing of finite aspect ratio (`viterna`);
 * reversed: a thin section with its sharp edge first, near 180 deg (`reversed_flow`).
 
