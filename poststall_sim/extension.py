@@ -151,7 +151,7 @@ SECTION = Separated()
 BEYOND, WIDTH = math.radians(2.0), math.radians(14.0)
 """Of `stall_of` without targets: points are taken so far beyond their stall, and the plate alone
 so much later."""
-LIFT_LEFT, BEHIND = (0.87, 0.8, 0.93, 0.7), tuple(math.radians(each) for each in (11.0, 8.0, 15.0))
+LIFT_LEFT, BEHIND = (0.87, 0.8, 0.93), tuple(math.radians(each) for each in (11.0, 8.0, 15.0))
 """With targets: points are left at this share of clmax, and the plate alone begins so far behind
 clmax; the first pair that meets the targets."""
 

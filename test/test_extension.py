@@ -1,6 +1,6 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
-"""Curves over a full turn from a few degrees of them: what is kept, what is met, how they close."""
+"""Curves over a full turn from a few degrees: what is kept, what is met, how they close."""
 
 import dataclasses
 import math
@@ -119,7 +119,8 @@ def test_curves_close_with_their_slope(made):
 def test_symmetric_section_is_odd_and_even_to_the_last_bit(aspect_ratio):
     known = points(low=0.0, camber=0.0)
     foil = extend(dataclasses.replace(known, trusted=(0.0, known.trusted[1])),
-                  stall(clmax=1.2, attached_to=11.0 * DEG), separated=Separated(aspect_ratio=aspect_ratio)).airfoil
+                  stall(clmax=1.2, attached_to=11.0 * DEG),
+                  separated=Separated(aspect_ratio=aspect_ratio)).airfoil
     assert np.array_equal(foil.alpha, -foil.alpha[::-1])
     assert np.array_equal(foil.cl, -foil.cl[::-1]) and np.array_equal(foil.cm, -foil.cm[::-1])
     assert np.array_equal(foil.cd, foil.cd[::-1])

@@ -45,7 +45,7 @@ def test_apparent_mass_is_that_of_lambs_table(fineness, along, across):
 
 @pytest.mark.parametrize('fineness', [1.01, 2.0, 7.5, 40.0])
 def test_apparent_mass_is_that_of_lambs_integrals(fineness):
-    """k = a0/(2 - a0), a0 = a b^2 int_0^inf dx/((s^2 + x) (a^2 + x)^1/2 (b^2 + x)), s = a or b."""
+    """With a0 = a b^2 int_0^inf dx/((s^2 + x) (a^2 + x)^1/2 (b^2 + x)): a0/(2 - a0), s = a, b."""
     a, b = fineness, 1.0
     for squared, found in zip((a * a, b * b), fuselage.apparent_mass(fineness)):
         value, _ = quad(lambda x, s=squared: a * b * b / (
@@ -111,8 +111,9 @@ def test_a_turning_slender_body_is_damped_along_its_length():
     tube = dataclasses.replace(TUBE, position_G=(0.0, 0.0, 0.0))
     for rate in (0.5, -2.0):
         expected = -0.5 * RHO * 0.2 * rate * abs(rate) * 2.0 ** 3 / 32.0
-        assert load(tube, (0.0, 0.0, 0.0), (0.0, 0.0, rate))[5] == pytest.approx(expected, rel=0.02)
-        assert load(tube, (0.0, 0.0, 0.0), (0.0, rate, 0.0))[4] == pytest.approx(expected, rel=0.02)
+        moment = load(tube, np.zeros(3), (0.0, rate, 0.0))[4], \
+            load(tube, np.zeros(3), (0.0, 0.0, rate))[5]
+        assert moment == pytest.approx((expected, expected), rel=0.02)
 
 
 def test_drag_takes_energy_away_in_any_motion():
