@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Section curves from CSV files, and which of them an aircraft file names."""
 
+import math
 import os
 import re
 from pathlib import Path
@@ -17,31 +18,32 @@ _LOWEST, _HIGHEST = 1e2, 1e9
 """Reynolds numbers of sections that fly; others are a slip of the pen."""
 
 
-def named(read: Reader, key: str) -> list[tuple[str, Place, float | None]]:
+def named(read: Reader, key: str) -> list[tuple[str, Place, float | None, float]]:
     """
-    Return the tables of a section in an aircraft file: file, its place there, Reynolds number.
+    Return the tables of a section in an aircraft file: file, place, Reynolds number, deflection.
 
-    One table or a list of them, each a file's name or a mapping of ``file`` and ``reynolds``;
-    None where the number is left to the file.
+    One table or a list of them, each a file's name or a mapping of ``file``, ``reynolds`` (None
+    where it is left to the file) and ``flap_deg``, here in radians.
     """
     found = []
     for name, where, rest in read.files(key):
-        found.append((name, where, rest.number_if_any('reynolds', within=(_LOWEST, _HIGHEST))))
+        found.append((name, where, rest.number_if_any('reynolds', within=(_LOWEST, _HIGHEST)),
+                      math.radians(rest.number('flap_deg', default=0.0, within=(-90, 90)))))
         rest.done()
-    if len(found) > 1 and len({name for name, _, _ in found}) < len(found):
+    if len(found) > 1 and len({name for name, *_ in found}) < len(found):
         raise read.where.key(key).error('names a file twice')
     return found
 
 
 def airfoil(path: str | os.PathLike[str], name: str | None = None,
-            reynolds: float | None = None) -> Airfoil:
+            reynolds: float | None = None, deflection: float = 0.0) -> Airfoil:
     """
     Read a section's curves from a CSV file, named ``name`` or after the file.
 
     Lines that start with ``#`` are comments; the first other line names the columns alpha_deg,
     cl, cd, cm in any order; cm is about the quarter chord, nose-up positive. A comment such as
     ``# reynolds: 4.1e5`` says what Reynolds number they hold for; reynolds, if given, must not
-    say otherwise.
+    say otherwise. deflection : of the flap that the table was made with [rad].
     """
     where = place_of(path)
     text = file_text(path).splitlines()
@@ -77,7 +79,8 @@ def airfoil(path: str | os.PathLike[str], name: str | None = None,
         raise where.error(f'alpha_deg must run from -180 to 180 deg, got {alpha[0]:g} to '
                           f'{alpha[-1]:g} (are these radians?)')
     return where.build(Airfoil, name=Path(path).stem if name is None else name,
-                       alpha=np.radians(alpha), cl=cl, cd=cd, cm=cm, reynolds=reynolds)
+                       alpha=np.radians(alpha), cl=cl, cd=cd, cm=cm, reynolds=reynolds,
+                       deflection=deflection)
 
 
 def _reynolds(lines: list[str], where: Place, given: float | None) -> float | None:

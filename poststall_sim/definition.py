@@ -159,12 +159,12 @@ def scenario(path: str | os.PathLike[str]) -> Scenario:
 
 def _airfoil(read: Reader, key: str, folder: Path) -> list[Airfoil]:
     tables = []
-    for name, where, reynolds in airfoil_reader.named(read, key):
+    for name, where, reynolds, deflection in airfoil_reader.named(read, key):
         try:
             path = find(Kind.AIRFOIL, name, beside=folder)
         except ConfigError as error:
             raise where.error(f'must be a file with curves, but {error}') from None
-        tables.append(airfoil(path, key, reynolds))
+        tables.append(airfoil(path, key, reynolds, deflection))
     return tables
 
 

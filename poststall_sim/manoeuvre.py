@@ -101,7 +101,7 @@ def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = No
             aero=None, status=Status.NOT_CONVERGED, message='', beta=value['beta'],
             bank=value['bank'], turn_rate=value['turn_rate'], pull_rate=task.pull_rate)
         aero = solver.steady(
-            tight.at(found.airspeed, air.kinematic_viscosity),
+            tight.at(found.airspeed, air.kinematic_viscosity, deflections),
             Onset(body_to_geometry(-found.velocity_B), body_to_geometry(found.rates_B)),
             deflections, density=density,
             delta0=last['aero'].strips.delta if last else delta)

@@ -94,7 +94,7 @@ def begin(model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
     air = standard_air(body.altitude)
     density, onset = air.density, _onset(body, wind_N)
     flow, aero = solver.start(
-        model.at(onset.airspeed, air.kinematic_viscosity), onset,
+        model.at(onset.airspeed, air.kinematic_viscosity, controls.deflections), onset,
         placement(model.aircraft, body), controls.deflections,
         density=density, dt=dt_ns * 1e-9, delta0=delta0)
     motion = np.concatenate([body.velocity_B, body.rates_B])
@@ -138,8 +138,8 @@ def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
             return dt * (gusts(time, points_N) - here)
     onset = _onset(guess, wind_N, gust)
     flow, aero = solver.advance(
-        model.at(onset.airspeed, air.kinematic_viscosity), state.flow, onset, place,
-        controls.deflections,
+        model.at(onset.airspeed, air.kinematic_viscosity, controls.deflections), state.flow,
+        onset, place, controls.deflections,
         density=density, dt=dt, drift_N=wind_N * dt, drift_at=drift_at)
     motion = np.concatenate([guess.velocity_B, guess.rates_B])
     # The same difference formula as dG/dt, so that the added mass cancels exactly.

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import wings
 
-from poststall_sim import definition, flight_file, jobs, simulation, trim
+from poststall_sim import definition, flight_file, jobs, manoeuvre, simulation, trim
 from poststall_sim.aero import model as models
 from poststall_sim.aero.polars import section_polar
 from poststall_sim.aero.reynolds import excess
@@ -22,6 +22,7 @@ from poststall_sim.state import Controls, Status
 
 VISCOSITY = 1.5e-5
 LOW, HIGH = 1e5, 1e6
+NO_FLAPS = np.zeros(0)
 
 
 def table(name, reynolds, stall_deg, camber_deg=-4.0):
@@ -60,7 +61,7 @@ def curves(model):
 def test_aircraft_of_single_tables_is_left_as_it_is():
     """No copy, no work: what has one table a section flies exactly what it flew before."""
     model = models.build(wings.shipped_aircraft('trainer'))
-    assert model.at(9.0, VISCOSITY) is model
+    assert model.at(9.0, VISCOSITY, np.zeros(3)) is model
     assert model.lattice.tables is None
 
 
@@ -68,7 +69,7 @@ def test_curves_are_linear_in_the_logarithm_of_the_reynolds_number_of_each_strip
     low, high = (section_polar(each) for each in pair)
     chord = tapered.lattice.strip_chord
     for airspeed in (5.0, 7.0, 9.0):
-        flown = tapered.at(airspeed, VISCOSITY)
+        flown = tapered.at(airspeed, VISCOSITY, NO_FLAPS)
         share = np.log(airspeed * chord / VISCOSITY / LOW) / math.log(HIGH / LOW)
         assert 0.0 < share.min() < share.max() - 0.3 < 0.7
         expected = (1.0 - share)[:, None, None, None] * low.curve \
@@ -80,7 +81,7 @@ def test_curves_are_linear_in_the_logarithm_of_the_reynolds_number_of_each_strip
 
 def test_beyond_the_tables_the_last_one_is_held(tapered, pair):
     for airspeed, polar in ((0.0, pair[0]), (1e-3, pair[0]), (1.0, pair[0]), (500.0, pair[1])):
-        flown = tapered.at(airspeed, VISCOSITY)
+        flown = tapered.at(airspeed, VISCOSITY, NO_FLAPS)
         assert np.abs(curves(flown) - section_polar(polar).curve).max() < 1e-13
 
 
@@ -107,7 +108,8 @@ def test_loads_follow_the_airspeed_without_a_jump(tapered):
     for middle in (5.0, VISCOSITY * HIGH / float(tapered.lattice.strip_chord.max())):
         forces, delta0 = [], None
         for airspeed in middle * (1.0 + 1e-3 * np.arange(-3, 4)):
-            result = wings.steady(tapered.at(airspeed, VISCOSITY), airspeed, alpha, delta0=delta0)
+            result = wings.steady(tapered.at(airspeed, VISCOSITY, NO_FLAPS), airspeed, alpha,
+                                  delta0=delta0)
             assert result.status is Status.CONVERGED
             delta0 = result.strips.delta
             forces.append(result.force_G / (0.5 * wings.DENSITY * airspeed ** 2 * 4.2))
@@ -118,7 +120,8 @@ def test_loads_follow_the_airspeed_without_a_jump(tapered):
 
 def test_more_reynolds_number_gives_more_lift_past_the_stall(tapered):
     def lift(airspeed):
-        result = wings.steady(tapered.at(airspeed, VISCOSITY), airspeed, math.radians(16.0))
+        flown = tapered.at(airspeed, VISCOSITY, NO_FLAPS)
+        result = wings.steady(flown, airspeed, math.radians(16.0))
         return result.force_G[2] / airspeed ** 2
 
     assert lift(2.0) < 0.97 * lift(6.0) < 0.95 * lift(20.0)
@@ -137,7 +140,7 @@ def test_strip_between_two_sections_has_both_at_its_own_reynolds_number(pair):
     share = math.log(airspeed / VISCOSITY / LOW) / math.log(HIGH / LOW)
     low, high, end = (section_polar(each).curve for each in (*pair, tip))
     root = (1.0 - share) * low + share * high
-    flown = model.at(airspeed, VISCOSITY)
+    flown = model.at(airspeed, VISCOSITY, NO_FLAPS)
     place = np.abs(flown.lattice.quarter_chord[:, 1]) / 3.0
     expected = (1.0 - place)[:, None, None, None] * root + place[:, None, None, None] * end
     assert np.abs(curves(flown) - expected).max() < 1e-13
@@ -186,7 +189,8 @@ def test_glide_is_trimmed_with_the_curves_of_its_own_airspeed(soft):
     onset = models.Onset(
         body_to_geometry(-velocity_from_flow_angles(found.airspeed, alpha, 0.0)), np.zeros(3))
     own = wings.solver.steady(
-        model.at(found.airspeed, air.kinematic_viscosity), onset, found.controls.deflections,
+        model.at(found.airspeed, air.kinematic_viscosity, found.controls.deflections), onset,
+        found.controls.deflections,
         density=air.density, delta0=found.aero.strips.delta)
     # The solver's tolerance of 1e-5 rad leaves about as much of the force.
     assert own.force_G == pytest.approx(found.aero.force_G, rel=1e-4, abs=1e-3)
@@ -287,3 +291,13 @@ def test_reynolds_number_of_a_file_that_is_none(tmp_path, head):
     (tmp_path / 'd.csv').write_text(head + CSV)
     with pytest.raises(ConfigError, match=r'd.csv: line 1.reynolds: must be'):
         definition.airfoil(tmp_path / 'd.csv')
+
+
+def test_a_turn_is_trimmed_with_the_curves_of_its_own_airspeed(soft):
+    """The search for any steady flight and the one for straight flight see the same sections."""
+    model = soft[1]
+    for airspeed in (11.0, 20.0):
+        straight = trim.straight(model, airspeed=airspeed, altitude=100.0)
+        found = manoeuvre.steady(model, manoeuvre.Task(airspeed=airspeed), altitude=100.0)
+        assert found.status is straight.status is Status.CONVERGED
+        assert found.alpha == pytest.approx(straight.alpha, abs=1e-6)

@@ -19,6 +19,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from poststall_sim.aero import polars, reynolds
+from poststall_sim.aero.plate import (
+    behind,
+    flap_effectiveness,
+    flap_moment,
+    flat_plate_share,
+)
 from poststall_sim.aircraft import Aircraft, ConfigError, Section, Surface
 from poststall_sim.controls import Control, Effector
 from poststall_sim.frames import FloatArray, control_sign
@@ -115,47 +121,18 @@ class Lattice:
         """Return the number of strips."""
         return len(self.strip_chord)
 
-    def at(self, airspeed: float, viscosity: float) -> 'Lattice':
-        """Return it with the section curves of an airspeed [m/s] and a viscosity [m^2/s]."""
+    def at(self, airspeed: float, viscosity: float, deflections: FloatArray) -> 'Lattice':
+        """
+        Return it with the section curves that it flies; itself where sections have one table.
+
+        airspeed [m/s], kinematic viscosity [m^2/s], deflections (controls,) [rad].
+        """
         if self.tables is None:
             return self
-        curves, landmarks = self.tables.at(airspeed * self.tables.chord / viscosity)
+        curves, landmarks = self.tables.at(
+            airspeed * self.tables.chord / viscosity, deflections)
         return replace(self, curves=curves, **dict(zip(
             reynolds.LANDMARKS, np.ascontiguousarray(landmarks[self.polar_index].T))))
-
-
-def flat_plate_share(rows: int) -> FloatArray:
-    """
-    Return the circulation (rows,) of the rings of a two-dimensional plate, 1 at the last.
-
-    Rings carry the sum of the bound vortices ahead of them; the vortices at the quarter points
-    of equal panels under unit normalwash at the three-quarter points.
-    """
-    return np.cumsum(_plate_vortices(np.ones(rows))) / _plate_vortices(np.ones(rows)).sum()
-
-
-def flap_effectiveness(rows: int, hinge: float) -> float:
-    """
-    Return the lattice's own two-dimensional flap effectiveness -d(alpha_0L)/d(deflection).
-
-    Panels behind the hinge (share of the chord) turn whole, the panel cut by it by the share
-    of its chord behind it. Thin-airfoil theory is approached as rows grow.
-    """
-    return float(_plate_vortices(_behind(rows, hinge)).sum()
-                 / _plate_vortices(np.ones(rows)).sum())
-
-
-def _plate_vortices(normalwash: FloatArray) -> FloatArray:
-    """Return bound vortices (rows,) of a unit plate that cancel a normalwash (rows,)."""
-    rows = len(normalwash)
-    place = np.arange(rows) / rows
-    distance = (place + 0.75 / rows)[:, None] - (place + 0.25 / rows)[None, :]
-    return np.linalg.solve(1.0 / (2.0 * math.pi * distance), normalwash)
-
-
-def _behind(rows: int, hinge: float) -> FloatArray:
-    """Return the share (rows,) of each panel's chord that lies behind a hinge."""
-    return np.clip(np.arange(1, rows + 1) - hinge * rows, 0.0, 1.0)
 
 
 def _stations(surface: Surface) -> tuple[list[Section], list[float]]:
@@ -252,10 +229,10 @@ def build(aircraft: Aircraft, rows: int) -> Lattice:
         node0, edge0 = grid.nodes.stop, grid.edges.stop
     arrays = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
 
+    flap_angle, flap_turn, flap_shift, flap_cm = _flaps(aircraft, grids, meshes, arrays, rows)
     flown = reynolds.strip_curves(
         aircraft.airfoils, [each for mesh in meshes for each in mesh.between],
-        arrays['strip_chord'])
-    flap_angle, flap_shift = _flaps(aircraft, grids, meshes, arrays, rows)
+        arrays['strip_chord'], flap_turn, flap_shift, flap_cm)
     mirror = _mirror(arrays['quarter_chord'], arrays['strip_chord'])
     for array in (*arrays.values(), flap_angle, flap_shift, mirror):
         array.setflags(write=False)
@@ -348,10 +325,11 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
 
 
 def _flaps(aircraft: Aircraft, grids: list[Grid], meshes: list[_SurfaceMesh],
-           arrays: dict[str, np.ndarray], rows: int) -> tuple[FloatArray, FloatArray]:
-    """Return flap_angle (controls, panels) and flap_shift (controls, strips) per unit angle."""
+           arrays: dict[str, np.ndarray], rows: int) -> tuple[FloatArray, ...]:
+    """Return per unit angle (controls, panels) turned, (controls, strips) turned, shift and cm."""
     angle = np.zeros((len(aircraft.controls), len(arrays['area'])))
     shift = np.zeros((len(aircraft.controls), len(arrays['strip_chord'])))
+    turned, moment = np.zeros_like(shift), np.zeros_like(shift)
     names = [grid.name for grid in grids]
     for c, control in enumerate(aircraft.controls):
         for effector in control.effectors:
@@ -360,10 +338,12 @@ def _flaps(aircraft: Aircraft, grids: list[Grid], meshes: list[_SurfaceMesh],
             covered = _covered(effector, aircraft.surfaces[s], meshes[s].edges)
             sign = np.array([control_sign(k) for k in arrays['strip_normal'][grid.strips]])
             turn = effector.gain * sign * covered
-            angle[c, grid.panels] += np.outer(_behind(rows, effector.hinge), turn).ravel()
+            angle[c, grid.panels] += np.outer(behind(rows, effector.hinge), turn).ravel()
+            turned[c, grid.strips] += turn
+            moment[c, grid.strips] += turn * flap_moment(rows, effector.hinge)
             shift[c, grid.strips] += turn * flap_effectiveness(rows, effector.hinge)
         _require_effect(control, angle[c])
-    return angle, shift
+    return angle, turned, shift, moment
 
 
 def _require_effect(control: Control, angle: FloatArray) -> None:

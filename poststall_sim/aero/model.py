@@ -149,9 +149,9 @@ class Model:
         length = float(np.ptp(self.lattice.wake_nodes[:, 0]))
         return length + 20.0 * float(self.lattice.strip_chord.max())
 
-    def at(self, airspeed: float, viscosity: float) -> 'Model':
-        """Return it with the section curves of an airspeed [m/s] and a viscosity [m^2/s]."""
-        lattice = self.lattice.at(airspeed, viscosity)
+    def at(self, airspeed: float, viscosity: float, deflections: FloatArray) -> 'Model':
+        """Return it with the section curves that it flies, see `Lattice.at`."""
+        lattice = self.lattice.at(airspeed, viscosity, deflections)
         return self if lattice is self.lattice else replace(self, lattice=lattice)
 
     def wake_rows(self, step: float) -> int:

@@ -14,7 +14,7 @@ from poststall_sim import trim as trims
 from poststall_sim.aero import solver
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.atmosphere import standard_air
+from poststall_sim.atmosphere import Air, standard_air
 from poststall_sim.frames import FloatArray, body_to_geometry
 from poststall_sim.polar import APART
 from poststall_sim.stability import bodies, derivatives, linear, modes, motion
@@ -91,7 +91,7 @@ def linearise(model: Model, trim: Trim, *, altitude: float,
         raise ConfigError(f'dt must be {SHORTEST:g} to 2 times {panel:g} s, the way of a panel at '
                           f'{trim.airspeed:.1f} m/s, got {dt:g} s')
     onset, air = Onset(body_to_geometry(-trim.velocity_B), np.zeros(3)), standard_air(altitude)
-    flow = linear.linearise(model.at(trim.airspeed, air.kinematic_viscosity), onset,
+    flow = linear.linearise(_flown(model, trim, air), onset,
                             trim.controls.deflections, trim.aero,
                             density=air.density, dt=dt, rows=rows)
     if flow.at_fold:
@@ -103,6 +103,10 @@ def linearise(model: Model, trim: Trim, *, altitude: float,
         trim, {each: motion.assemble(flow, body, model.aircraft.control_names, each,
                                      model.settings.lag) for each in decamberings},
         flow.condition, Status.CONVERGED, 'linearised')
+
+
+def _flown(model: Model, trim: Trim, air: Air) -> Model:
+    return model.at(trim.airspeed, air.kinematic_viscosity, trim.controls.deflections)
 
 
 def _body(model: Model, trim: Trim) -> bodies.Body:
@@ -165,7 +169,7 @@ def quasi_steady_modes(model: Model, trim: Trim, *, altitude: float) -> FlightMo
     """Return the modes of the classical equations with derivatives of steady loads."""
     air = standard_air(altitude)
     found = derivatives.quasi_steady(
-        model.at(trim.airspeed, air.kinematic_viscosity), trim, density=air.density)
+        _flown(model, trim, air), trim, density=air.density)
     if found.status is not Status.CONVERGED:
         return FlightModes(trim, QUASI_STEADY, (), np.zeros(0), math.nan, found.status,
                            found.message)
@@ -246,7 +250,7 @@ def _departed(model: Model, before: Trim, trim: Trim, altitude: float) -> bool:
     """Tell whether the decambering on the way back is not that of the trim before."""
     air = standard_air(altitude)
     back = solver.steady(
-        model.at(before.airspeed, air.kinematic_viscosity),
+        _flown(model, before, air),
         Onset(body_to_geometry(-before.velocity_B), np.zeros(3)),
         before.controls.deflections, density=air.density,
         delta0=trim.aero.strips.delta)
