@@ -10,8 +10,8 @@ import pytest
 import wings
 
 from poststall_sim.aero import lattice as lattices
-from poststall_sim.aero.plate import flap_effectiveness, flat_plate_share, plate_vortices
 from poststall_sim.aero.model import Settings, build
+from poststall_sim.aero.plate import flap_effectiveness, flat_plate_share, plate_vortices
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.controls import Control, Effector
 

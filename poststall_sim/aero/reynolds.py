@@ -225,12 +225,14 @@ def _of_several(families: dict[str, list[Airfoil]], between: Sequence[Between],
     keys: list[tuple] = []
     sides, index = [], []
     for j, (one, other, share) in enumerate(between):
-        numbers = np.array([share, chord[j], lever[j], own[j], *turn[:, j]])
+        flapped = any(each.deflection for name in (one, other) for each in families[name])
+        numbers = np.array([share, chord[j], *(flapped * np.array(
+            [lever[j], own[j], *turn[:, j]]))])
         k = next((k for k, key in enumerate(keys) if key[:2] == (one, other) and np.all(
             np.abs(key[2] - numbers) <= ALIKE * (1.0 + np.abs(numbers)))), len(keys))
         if k == len(keys):
             keys.append((one, other, numbers))
-            flap = round(float(lever[j]), 9), round(float(own[j]), 9)
+            flap = round(float(numbers[2]), 9), round(float(numbers[3]), 9)
             for name in (one, other):
                 if (name, *flap) not in known:
                     known[name, *flap] = levels_of(name, *flap)
