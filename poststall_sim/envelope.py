@@ -8,14 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from poststall_sim.aero.model import Model
-from poststall_sim.frames import FloatArray
 from poststall_sim.state import Snapshot
 
 GREATEST_MACH = 0.3
 """Above it density changes by more than 5 % on the way round a section: the lattice has none."""
 GREATEST_ALPHA = math.radians(40.0)
 """Beyond it wakes of whole wings roll up and shed as no section's curve says [rad]."""
-REYNOLDS_FACTOR = 2.0
+REYNOLDS_FACTOR = 3.0
 """Section curves are good for Reynolds numbers this much below and above those of their tables."""
 
 
@@ -33,13 +32,12 @@ class Excess:
     text: str
 
 
-def exceeded(snapshot: Snapshot, model: Model,
-             reynolds_range: FloatArray | None = None) -> tuple[Excess, ...]:
+def exceeded(snapshot: Snapshot, model: Model) -> tuple[Excess, ...]:
     """
     Return what is outside the envelope of the method at an instant, mostly nothing.
 
-    reynolds_range (n, 2) : least and greatest Reynolds number of each strip's section tables, NaN
-    where they do not say; None, of none. A strip's is made with its chord and the airspeed.
+    A strip's Reynolds number is made with its chord and the airspeed; tables that do not say
+    theirs are not complained of.
     """
     found = []
     if snapshot.mach > GREATEST_MACH:
@@ -50,16 +48,15 @@ def exceeded(snapshot: Snapshot, model: Model,
             'alpha', abs(snapshot.alpha) / GREATEST_ALPHA,
             f'alpha {math.degrees(snapshot.alpha):.0f} deg, beyond '
             f'{math.degrees(GREATEST_ALPHA):g}'))
-    if reynolds_range is not None and snapshot.airspeed > 0.0:
-        reynolds = (snapshot.airspeed / snapshot.air.kinematic_viscosity
-                    * model.lattice.strip_chord)
-        low, high = reynolds_range.T
-        beyond = np.nan_to_num(
-            np.maximum(low / reynolds, reynolds / high) / REYNOLDS_FACTOR, nan=0.0)
+    if snapshot.airspeed > 0.0:
+        lattice = model.lattice
+        reynolds = snapshot.airspeed / snapshot.air.kinematic_viscosity * lattice.strip_chord
+        low, high = lattice.reynolds_range.T
+        beyond = np.nan_to_num(np.maximum(low / reynolds, reynolds / high) / REYNOLDS_FACTOR)
         worst = int(np.argmax(beyond))
         if beyond[worst] > 1.0:
             found.append(Excess(
-                'Reynolds', float(beyond[worst]), f'Reynolds number {reynolds[worst]:.2g} at '
-                f'{model.lattice.strip_names[worst]}, its tables are of {low[worst]:.2g} to '
-                f'{high[worst]:.2g}'))
+                'Reynolds', float(beyond[worst]),
+                f'Reynolds number {reynolds[worst]:.2g} at {lattice.strip_names[worst]}, its '
+                f'tables are of {low[worst]:.2g} to {high[worst]:.2g}'))
     return tuple(found)

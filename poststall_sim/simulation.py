@@ -92,15 +92,16 @@ def begin(model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
           time_ns: int = 0) -> tuple[FlightState, Snapshot]:
     """Return the first state of a flight, on the steady wake of its onset."""
     controls = limited(model.aircraft, controls)
-    density = model.atmosphere.at(body.altitude).density
+    air, onset = model.atmosphere.at(body.altitude), _onset(body, wind_N)
     flow, aero = solver.start(
-        model, _onset(body, wind_N), placement(model.aircraft, body), controls.deflections,
-        density=density, dt=dt_ns * 1e-9, delta0=delta0)
+        model.at(onset.airspeed, air.kinematic_viscosity, controls.deflections), onset,
+        placement(model.aircraft, body), controls.deflections,
+        density=air.density, dt=dt_ns * 1e-9, delta0=delta0)
     motion = np.concatenate([body.velocity_B, body.rates_B])
     push = _thrust(model, body, controls, wind_N)
     load = _load(aero) + push
     state = FlightState(time_ns, body, controls, flow, load, motion, motion)
-    added, rigid = _inertia(model, density)
+    added, rigid = _inertia(model, air.density)
     change = rigid_body.acceleration(body, load, **rigid)
     still = Controls(np.zeros_like(controls.deflections))
     return state, _snapshot(model, state, still, aero, push, wind_N, change, -added @ change)
@@ -118,8 +119,8 @@ def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
     dt = dt_ns * 1e-9
     aircraft = model.aircraft
     controls = limited(aircraft, controls)
-    density = model.atmosphere.at(state.body.altitude).density
-    added, rigid = _inertia(model, density)
+    air = model.atmosphere.at(state.body.altitude)
+    added, rigid = _inertia(model, air.density)
 
     guess = rigid_body.advance(state.body, state.load, state.load, dt, **rigid)
     place, gust, drift_at = placement(aircraft, guess), None, None
@@ -134,9 +135,11 @@ def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
 
         def drift_at(points_N: FloatArray) -> FloatArray:
             return dt * (gusts(time, points_N) - here)
+    onset = _onset(guess, wind_N, gust)
     flow, aero = solver.advance(
-        model, state.flow, _onset(guess, wind_N, gust), place, controls.deflections,
-        density=density, dt=dt, drift_N=wind_N * dt, drift_at=drift_at)
+        model.at(onset.airspeed, air.kinematic_viscosity, controls.deflections), state.flow,
+        onset, place, controls.deflections,
+        density=air.density, dt=dt, drift_N=wind_N * dt, drift_at=drift_at)
     motion = np.concatenate([guess.velocity_B, guess.rates_B])
     # The same difference formula as dG/dt, so that the added mass cancels exactly.
     rate = (3.0 * motion - 4.0 * state.motion + state.previous_motion) / (2.0 * dt)

@@ -72,14 +72,27 @@ def _declared(node: Node, kind: type[Settings], given: dict[str, Any]) -> Settin
     return kind(**values)
 
 
-def follow(node: Node, *followed: tuple[Any, Callable[[Any], None]]) -> None:
+@dataclasses.dataclass(frozen=True, slots=True)
+class Followed:
     """
-    Call the function beside a record with the new record whenever a parameter of it was set.
+    A record of parameters, and what is called with the new record when one of them was set.
+
+    together : raises `ConfigError` for values that do not go together; they are refused.
+    """
+
+    settings: Any
+    changed: Callable[[Any], None]
+    together: Callable[[Any], Any] = lambda settings: None
+
+
+def follow(node: Node, *followed: Followed) -> None:
+    """
+    Call what is called for a record whenever a writable parameter of it has been set.
 
     All records of a node at once: rclpy gives each of several functions that convert the
     parameters the list that was asked for, and sets what all of them return.
     """
-    current = [settings for settings, _ in followed]
+    current = [each.settings for each in followed]
     by_name = {field.metadata['name']: (index, field) for index, settings in enumerate(current)
                for field in dataclasses.fields(settings)}
 
@@ -98,6 +111,7 @@ def follow(node: Node, *followed: tuple[Any, Callable[[Any], None]]) -> None:
         try:
             for index, values in updated(parameters):
                 _check(type(current[index]), values)
+                followed[index].together(dataclasses.replace(current[index], **values))
         except ConfigError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
@@ -105,7 +119,7 @@ def follow(node: Node, *followed: tuple[Any, Callable[[Any], None]]) -> None:
     def apply(parameters: list[Parameter]) -> None:
         for index, values in updated(parameters):
             current[index] = dataclasses.replace(current[index], **values)
-            followed[index][1](current[index])
+            followed[index].changed(current[index])
 
     node.add_pre_set_parameters_callback(convert)
     node.add_on_set_parameters_callback(check)
