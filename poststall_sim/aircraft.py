@@ -187,14 +187,18 @@ class Aircraft:
     controls: tuple[Control, ...] = ()
     engines: tuple[Engine, ...] = ()
     control_names: tuple[str, ...] = field(init=False)
+    engine_names: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         """Refuse names that point nowhere or twice."""
         if not self.surfaces:
             raise ConfigError('an aircraft needs at least one surface')
+        object.__setattr__(self, 'engine_names', tuple(
+            engine.name or f'engine_{i}' for i, engine in enumerate(self.engines, 1)))
         for kind, names in (('surface', [s.name for s in self.surfaces]),
                             ('airfoil', [a.name for a in self.airfoils]),
-                            ('control', [c.name for c in self.controls])):
+                            ('control', [c.name for c in self.controls]),
+                            ('engine', self.engine_names)):
             for name in names:
                 if names.count(name) > 1:
                     raise ConfigError(f'two {kind}s are named {name}')

@@ -7,10 +7,10 @@ import math
 
 import numpy as np
 import pytest
+import wings
 
 from poststall_sim import definition
-from poststall_sim.engines import Engine
-from poststall_sim.propulsion import thrust
+from poststall_sim.engines import LinearThrust
 
 STATIC, ZERO_AT = 20.0, 25.0
 FORWARD = np.array([1.0, 0.0, 0.0])
@@ -27,8 +27,13 @@ def with_engines(aircraft, *engines):
     return dataclasses.replace(aircraft, engines=engines)
 
 
+def thrust(aircraft, velocity_B, throttle):
+    push = wings.push(aircraft, velocity_B, throttle)
+    return push.force_B, push.moment_B
+
+
 def engine(offset=(0.0, 0.0, 0.0), direction=(-1.0, 0.0, 0.0), cg=(0.0, 0.0, 0.0)):
-    return Engine(STATIC, ZERO_AT, tuple(np.add(cg, offset)), direction)
+    return LinearThrust(STATIC, ZERO_AT, tuple(np.add(cg, offset)), direction)
 
 
 @pytest.mark.parametrize('speed, share', [
