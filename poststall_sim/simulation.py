@@ -244,9 +244,9 @@ class Flight:
 
     ``gusts`` may be set to what the air has more than the wind, from place to place and time to
     time; it is not saved. ``failed_engines`` may be set to the names of engines that do not work:
-    their throttle is 0, whatever is asked. ``paused_reason`` is None, or says why the flight does not go on: ground
-    contact (flat ground at altitude 0; there is no landing gear) or divergence, with the last good
-    state kept.
+    their throttle is 0, whatever is asked. ``paused_reason`` is None, or says why the flight does
+    not go on: ground contact (flat ground at altitude 0; there is no landing gear) or divergence,
+    with the last good state kept.
     """
 
     def __init__(self, model: Model, body: BodyState, controls: Controls, *, dt_ns: int,

@@ -8,7 +8,8 @@ gives the increment w at the disc, a cylinder of vortices how it grows along the
 the tube, and the moment of momentum its turning:
 
     T = 2 rho A (V + w) w,              w(x) = w (1 + x / sqrt(x^2 + R^2)),
-    (V + w(x)) r(x)^2 = (V + w) R^2,    Q = rho (V + w) (pi R^4 / 2) Omega,  Omega(x) r(x)^2 = const
+    (V + w(x)) r(x)^2 = (V + w) R^2,
+    Q = rho (V + w) (pi R^4 / 2) Omega, Omega(x) r(x)^2 = Omega R^2
 
 V is the airspeed along the thrust, no less than 0; the air turns as a solid body with the
 propeller, and not before the disc. (Glauert, Airplane Propellers, in Durand, Aerodynamic Theory
@@ -63,14 +64,18 @@ class Stream:
         more = self.induced * (1.0 + behind / np.hypot(behind, self.radius))
         tube = self.radius * np.sqrt(
             (self.along + self.induced) / np.maximum(self.along + more, 1e-9))
-        distance = np.linalg.norm(across, axis=1)
+        distance = np.sqrt(np.einsum('ij,ij->i', across, across))
         half = 0.5 * self.width
         covered = (np.minimum(distance + half, tube) - np.maximum(distance - half, -tube)) \
             / self.width
         share = np.clip(covered, 0.0, 1.0)
+        axial = (share * more)[:, None] * self.aft_G
+        if self.turning == 0.0:
+            return axial
         turning = np.where(behind > 0.0, self.turning * (self.radius / tube) ** 2, 0.0)
-        return (share * more)[:, None] * self.aft_G \
-            + (share * turning)[:, None] * np.cross(self.aft_G, across)
+        x, y, z = self.aft_G
+        about = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])   # across @ it: aft x across
+        return axial + (share * turning)[:, None] * (across @ about)
 
 
 def induced_velocity(thrust: float, along: float, density: float, radius: float) -> float:

@@ -125,7 +125,8 @@ class Snapshot:
     control_rates : how fast the controls went there in the step before [rad/s; throttle 1/s];
     force_B, moment_B : aerodynamic, about the centre of gravity, added mass included [N, N m];
     thrust_B, thrust_moment_B : of the engines, with the torque on their mounts and the moment of
-    turning shafts that are turned; engines : each by itself; velocity_air_B : through the air [m/s];
+    turning shafts that are turned; engines : each by itself; velocity_air_B : through the air
+    [m/s];
     acceleration_B : d(velocity)/dt seen from N, in B, gravity included [m/s^2];
     rate_change_B [rad/s^2]; load_factor : lift-wise specific force over g, 1 in level flight;
     wind_N : velocity of the air, where it blows to [m/s]; iterations, max_residual and status

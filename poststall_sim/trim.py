@@ -52,9 +52,9 @@ class Trim:
     """
     A straight flight without acceleration.
 
-    airspeed [m/s]; alpha, climb_angle, bank [rad]; controls; residual (3,): X, Z over weight and M
-    over weight times chord, (6,) with Y, L, N where those are balanced too; aero: the loads; status
-    and message say whether it can be flown.
+    airspeed [m/s]; alpha, climb_angle, bank [rad]; controls; residual (3,): X, Z over weight and
+    M over weight times chord, (6,) with Y, L, N where those are balanced too; aero: the loads;
+    status and message say whether it can be flown.
     """
 
     airspeed: float

@@ -32,8 +32,8 @@ class Body:
     The matrices of the head of this file.
 
     names (m,); motion (6, m) N; mass (m, m) M; push (m, 6) P; rest (m, m) R : weight, turning
-    axes, engines and shafts; throttle (m,) and wind (m, 3) : M dy/dt by the engines per unit of throttle,
-    and per velocity of the air in B.
+    axes, engines and shafts; throttle (m,) and wind (m, 3) : M dy/dt by the engines per unit of
+    throttle, and per velocity of the air in B.
     """
 
     names: tuple[str, ...]
@@ -58,8 +58,8 @@ def free_body(aircraft: Aircraft, *, velocity_B: FloatArray, pitch: float, throt
         d(Omega)/dt = as in `propulsion`, of each propeller; the charge of its battery is held.
 
     velocity_B (3,) through the air [m/s], which is at rest and of one density [kg/m^3]; pitch
-    [rad], below 90 deg either way; throttle held. (Etkin & Reid, Dynamics of Flight, 3rd ed., 1996,
-    sec. 4.9) Raises `ConfigError` for a slipstream, which the linear lattice does not have.
+    [rad], below 90 deg either way; throttle held. (Etkin & Reid, Dynamics of Flight, 3rd ed.,
+    1996, sec. 4.9) Raises `ConfigError` for a slipstream, which the linear lattice does not have.
     """
     for name, engine in zip(aircraft.engine_names, aircraft.engines):
         if isinstance(engine, Propeller) and engine.slipstream:
