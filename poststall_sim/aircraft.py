@@ -221,3 +221,8 @@ class Aircraft:
                                       'not symmetric, so it has no left or right side')
         object.__setattr__(
             self, 'control_names', tuple(control.name for control in self.controls))
+
+    def no_engine(self, name: str) -> str:
+        """Return what to say of an engine that is not there."""
+        return (f'{self.name} has no engine named {name!r}, there are '
+                f'{list(self.engine_names) or "none"}')

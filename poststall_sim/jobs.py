@@ -158,17 +158,19 @@ def explained(message: str) -> str:
 
 
 def straight_trims(model: Model, airspeeds: Sequence[float], *, altitude: float,
-                   climb_angle: float) -> Iterator[Result]:
+                   climb_angle: float, failed: frozenset[str] = trims.ALL_WORK,
+                   ) -> Iterator[Result]:
     """
     Yield the trim at each airspeed [m/s], each searched from the angle of the one before.
 
-    Without an engine they are glides, and climb_angle [rad] is found instead of given.
+    Without an engine that works they are glides, and climb_angle [rad] is found instead of given;
+    failed : names of those that do not.
     """
-    kind = 'powered' if model.aircraft.engines else 'glide'
+    kind = 'powered' if set(model.aircraft.engine_names) - failed else 'glide'
     alpha0 = math.radians(4.0)
     for airspeed in airspeeds:
         found = trims.straight(model, airspeed=airspeed, altitude=altitude,
-                              climb_angle=climb_angle, alpha0=alpha0)
+                              climb_angle=climb_angle, alpha0=alpha0, failed=failed)
         if found.status is Status.CONVERGED:
             alpha0 = found.alpha
         row = trim_result(model, found, kind, altitude)
@@ -195,6 +197,7 @@ def trim_result(model: Model, found: Trim, kind: str, altitude: float) -> Result
             'elevator_deg': controls[f'{trims.PITCH_CONTROL}_deg'],
             'throttle': float(found.controls.throttle),
             'climb_angle_deg': math.degrees(found.climb_angle),
+            'bank_deg': math.degrees(found.bank),
             'sink_rate_m_s': -float(found.airspeed) * math.sin(found.climb_angle),
             'residual': float(np.abs(found.residual).max()),
             **asdict(polars.coefficients(

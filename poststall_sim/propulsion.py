@@ -122,9 +122,10 @@ def advance(aircraft: Aircraft, state: EngineState, meeting: Meeting, dt: float)
         z = min(slope * dt, 50.0)   # a value that is not finite must not raise
         growth = math.expm1(z) / z if abs(z) > 1e-9 else 1.0
         speed[i] = max(before + dt * growth * rate, 0.0)
-        drawn = 0.5 * throttle * sum(_current(engine.drive, each, throttle, state.charge[i])
-                                     for each in (before, float(speed[i])))
-        charge[i] = max(charge[i] - dt * drawn / engine.drive.battery.capacity, 0.0)
+        share = throttle * dt / engine.drive.battery.capacity
+        first = share * _current(engine.drive, before, throttle, charge[i])
+        last = share * _current(engine.drive, float(speed[i]), throttle, charge[i] - first)
+        charge[i] = max(charge[i] - 0.5 * (first + last), 0.0)
     return EngineState(speed, charge)
 
 

@@ -351,15 +351,19 @@ def automatic_dt_ns(model: Model, airspeed: float) -> int:
 
 def start(aircraft: Aircraft, settings: Settings = DEFAULTS, *, airspeed: float,
           altitude: float, wind_N: FloatArray = CALM, dt: float | None = None,
+          failed: frozenset[str] = ALL_WORK,
           progress: Callable[[str], None] = lambda text: None) -> Flight:
     """
     Return a flight in straight trim, ready to step: everything is compiled or loaded.
 
     Level with engines, gliding without.
 
-    airspeed [m/s]; altitude [m]; dt [s], None for `automatic_dt_ns`; progress is told what
-    takes the time. Raises `ConfigError` where no trim exists.
+    airspeed [m/s]; altitude [m]; dt [s], None for `automatic_dt_ns`; failed : names of engines
+    that do not work; progress is told what takes the time. Raises `ConfigError` where no trim
+    exists, or no such engine.
     """
+    for name in sorted(failed - set(aircraft.engine_names)):
+        raise ConfigError(aircraft.no_engine(name))
     progress('building the lattice (compiling on the first run, up to a minute)')
     model = models.build(aircraft, settings)
     dt_ns = automatic_dt_ns(model, airspeed) if dt is None else round(dt * 1e9)
@@ -368,7 +372,7 @@ def start(aircraft: Aircraft, settings: Settings = DEFAULTS, *, airspeed: float,
         raise ConfigError(f'dt must be above 0 and at most {longest * 1e-9:g} s (twice the panel '
                           f'chord over the airspeed), got {dt_ns * 1e-9:g} s')
     progress(f'trimming at {airspeed:g} m/s')
-    trim = trims.straight(model, airspeed=airspeed, altitude=altitude)
+    trim = trims.straight(model, airspeed=airspeed, altitude=altitude, failed=failed)
     if trim.status is not Status.CONVERGED:
         raise ConfigError(f'no {"level trim" if aircraft.engines else "glide"} at {airspeed:g} '
                           f'm/s: {trim.message}')
@@ -377,7 +381,7 @@ def start(aircraft: Aircraft, settings: Settings = DEFAULTS, *, airspeed: float,
                      trim.velocity_B + rotation(q_NB).T @ np.asarray(wind_N, dtype=float),
                      np.zeros(3), q_NB)
     flight = Flight(model, body, trim.controls, dt_ns=dt_ns, wind_N=wind_N,
-                    delta0=trim.aero.strips.delta)
+                    delta0=trim.aero.strips.delta, failed=failed)
     progress('warming up')
     flight.step(trim.controls)
     flight.reset(time_ns=0)

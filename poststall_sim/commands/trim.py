@@ -26,6 +26,8 @@ def add(command: Command) -> argparse.ArgumentParser:
                       help='(default 0)')
     trim.add_argument('--climb', type=values.within(values.CLIMB), metavar='DEG',
                       help='climb angle of the powered trims (default 0)')
+    trim.add_argument('--failed', default='', metavar='NAME,...',
+                      help='engines that do not work')
     trim.add_argument('--plot', type=values.figure, metavar='FILE',
                         help='draw it: PNG, SVG or PDF')
     solver.add_options(trim)
@@ -43,11 +45,16 @@ def run(arguments: argparse.Namespace) -> int:
     model = solver.model(arguments)
     if arguments.climb is not None and not model.aircraft.engines:
         raise ConfigError(f'{model.aircraft.name} has no engine: --climb has no effect')
+    failed = frozenset(arguments.failed.split(',') if arguments.failed else ())
+    for name in sorted(failed - set(model.aircraft.engine_names)):
+        raise ConfigError(model.aircraft.no_engine(name))
+    if failed and not arguments.airspeed:
+        raise ConfigError('--failed is of the powered trims: give --airspeed')
     trims = []
     if arguments.airspeed:
         trims += terminal.watched(
             jobs.straight_trims(model, arguments.airspeed, altitude=arguments.altitude,
-                                climb_angle=math.radians(arguments.climb or 0.0)),
+                                climb_angle=math.radians(arguments.climb or 0.0), failed=failed),
             len(arguments.airspeed), 'trim')
     if arguments.alpha:
         trims += terminal.watched(
