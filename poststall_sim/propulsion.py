@@ -99,6 +99,12 @@ def loads(aircraft: Aircraft, state: EngineState, meeting: Meeting,
         failed=np.array([float(name in failed) for name in aircraft.engine_names])))
 
 
+def balanced(aircraft: Aircraft, meeting: Meeting,
+             failed: frozenset[str] = frozenset()) -> Push:
+    """Return what all engines do with their shafts in balance and their batteries full."""
+    return loads(aircraft, settled(aircraft, meeting), meeting, failed)
+
+
 def advance(aircraft: Aircraft, state: EngineState, meeting: Meeting, dt: float) -> EngineState:
     """
     Return the engines a time [s] later, in air and under throttles that stay the same.

@@ -8,7 +8,7 @@ same steady loads that the flight starts from. Shafts stand in balance, batterie
 
 Without propellers and with all engines at work, X, Z and M are balanced and the wings are level.
 Propellers turn the aircraft and a failed engine leaves the others to pull it round: then Y, L and
-N are balanced too, by bank, aileron and rudder, without sideslip.
+N are balanced too, by bank, aileron and rudder, without sideslip. `manoeuvre` has the others.
 """
 
 import math
@@ -30,6 +30,7 @@ from poststall_sim.frames import (
     FloatArray,
     body_to_geometry,
     body_to_stability,
+    cross,
     geometry_to_body,
     quaternion_from_euler,
     rotation,
@@ -50,11 +51,12 @@ ALL_WORK: frozenset[str] = frozenset()
 @dataclass(frozen=True, slots=True, eq=False)
 class Trim:
     """
-    A straight flight without acceleration.
+    A flight whose forces and moments balance, straight and wings level unless it says otherwise.
 
-    airspeed [m/s]; alpha, climb_angle, bank [rad]; controls; residual (3,): X, Z over weight and
-    M over weight times chord, (6,) with Y, L, N where those are balanced too; aero: the loads;
-    status and message say whether it can be flown.
+    airspeed [m/s]; alpha, climb_angle [rad]; controls; residual : X, Z over weight and M over
+    weight times chord, (3,), or of all three axes, (6,), where sideways balances were asked for;
+    aero: the loads; push: what the engines do; status and message say whether it can be flown;
+    beta, bank [rad]; turn_rate of the heading, pull_rate of pitch beyond it [rad/s].
     """
 
     airspeed: float
@@ -62,15 +64,19 @@ class Trim:
     climb_angle: float
     controls: Controls
     residual: FloatArray
-    aero: AeroResult
+    aero: AeroResult | None
     status: Status
     message: str
+    beta: float = 0.0
     bank: float = 0.0
+    turn_rate: float = 0.0
+    pull_rate: float = 0.0
+    push: Push | None = None
 
     @property
     def pitch(self) -> float:
         """Pitch angle [rad]."""
-        return pitch_angle(self.alpha, self.climb_angle, self.bank)
+        return pitch_angle(self.alpha, self.beta, self.bank, self.climb_angle)
 
     @property
     def q_NB(self) -> FloatArray:
@@ -80,31 +86,99 @@ class Trim:
     @property
     def velocity_B(self) -> FloatArray:
         """Velocity through the air (3,) [m/s]."""
-        return velocity_from_flow_angles(self.airspeed, self.alpha, 0.0)
+        return velocity_from_flow_angles(self.airspeed, self.alpha, self.beta)
+
+    @property
+    def rates_B(self) -> FloatArray:
+        """Rates (3,) [rad/s]."""
+        return rotation(self.q_NB).T @ [0.0, 0.0, self.turn_rate] + [0.0, self.pull_rate, 0.0]
 
 
-def pitch_angle(alpha: float, climb_angle: float, bank: float) -> float:
+def pitch_angle(alpha: float, beta: float, bank: float, climb_angle: float) -> float:
     """
-    Return the pitch angle [rad] of straight flight without sideslip.
+    Return the pitch angle of a flight along a climb angle, all [rad].
 
-    From sin(climb) = a sin(pitch) - b cos(pitch), a = cos(alpha), b = cos(bank) sin(alpha).
-    (Stevens & Lewis, Aircraft Control and Simulation, 2nd ed., 2003, sec. 3.6)
+    The nearest where a bank or sideslip allows none: sin(climb) = a sin(pitch) - b cos(pitch),
+    Stevens & Lewis, Aircraft Control and Simulation, 2003, sec. 3.4.
     """
-    if bank == 0.0:
-        return alpha + climb_angle
-    a, b = math.cos(alpha), math.cos(bank) * math.sin(alpha)
+    a = math.cos(alpha) * math.cos(beta)
+    b = math.sin(bank) * math.sin(beta) + math.cos(bank) * math.sin(alpha) * math.cos(beta)
     return math.asin(min(max(math.sin(climb_angle) / math.hypot(a, b), -1.0), 1.0)) \
         + math.atan2(b, a)
 
 
 TIGHT = 1e-9
 """Residual of the closure in a search: what it leaves must not pass for a change of balance."""
+_LENGTHWAYS = [0, 2, 4]
+"""X, Z and M among the six balances."""
+_SAMPLES = np.linspace(0.05, 1.0, 20)
+"""Throttles among which a search with propellers looks for where to begin."""
 
 
-def _tight(model: Model) -> Model:
+def tight(model: Model) -> Model:
     """Return the model with its closure solved as closely as a balance of `ACCEPTED` asks."""
     settings = replace(model.settings, tolerance=min(TIGHT, model.settings.tolerance))
     return replace(model, settings=settings)
+
+
+def pushed(model: Model, trial: Trim, density: float, failed: frozenset[str]) -> Push:
+    """Return what the engines do in a flight, their shafts in balance and their batteries full."""
+    aircraft = model.aircraft
+    meeting = Meeting(trial.velocity_B, trial.rates_B, density,
+                      propulsion.throttles(aircraft, trial.controls.throttle, failed))
+    return propulsion.balanced(aircraft, meeting, failed)
+
+
+def in_air(model: Model, trial: Trim, density: float, delta0: FloatArray | None) -> Trim:
+    """Return a flight with the loads of the air, the slipstream of its push in it."""
+    streams = [] if trial.push is None else slipstream.streams(
+        model.aircraft, model.lattice, trial.push.readings, density)
+    onset = Onset(body_to_geometry(-trial.velocity_B), body_to_geometry(trial.rates_B),
+                  slipstream.blown(streams))
+    return replace(trial, aero=solver.steady(
+        model, onset, trial.controls.deflections, density=density, delta0=delta0))
+
+
+def balance(model: Model, found: Trim) -> tuple[FloatArray, float]:
+    """
+    Return what is left of the six balances of a flight with push and air, and the side force felt.
+
+    Forces over weight, moments over weight times chord, in B about the centre of gravity.
+    """
+    mass = model.aircraft.mass
+    weight = mass.mass * GRAVITY
+    felt = geometry_to_body(found.aero.force_G) + found.push.force_B
+    rates = found.rates_B
+    force = felt + weight * rotation(found.q_NB)[2] \
+        - mass.mass * cross(rates, found.velocity_B)
+    moment = geometry_to_body(found.aero.moment_G) + found.push.moment_B \
+        - cross(rates, mass.inertia_B @ rates)
+    return np.concatenate([force, moment / model.aircraft.reference.chord]) / weight, \
+        float(felt[1]) / weight
+
+
+def first_throttle(model: Model, airspeed: float, density: float, failed: frozenset[str],
+                   otherwise: float = 0.3) -> float:
+    """
+    Return the throttle at which a search begins, without propellers one given.
+
+    A propeller that is turned by the air answers to no throttle: with those, the least that pulls
+    with a twelfth of the weight, as much as the drag of many an aircraft.
+    """
+    if not _propellers(model):
+        return otherwise
+    aircraft, ahead = model.aircraft, np.array([airspeed, 0.0, 0.0])
+    wanted = aircraft.mass.mass * GRAVITY / 12.0
+    for throttle in map(float, _SAMPLES):
+        meeting = Meeting(ahead, np.zeros(3), density,
+                          propulsion.throttles(aircraft, throttle, failed))
+        if propulsion.balanced(aircraft, meeting, failed).force_B[0] > wanted:
+            return throttle
+    return 1.0
+
+
+def _propellers(model: Model) -> bool:
+    return any(isinstance(engine, Propeller) for engine in model.aircraft.engines)
 
 
 def _elevator(model: Model) -> int:
@@ -115,127 +189,89 @@ def _elevator(model: Model) -> int:
     return names.index(PITCH_CONTROL)
 
 
-def _lateral(model: Model, failed: frozenset[str]) -> tuple[str, ...]:
-    """Return what balances Y, L and N, nothing where they are left alone."""
-    aircraft = model.aircraft
-    turns = failed or any(isinstance(engine, Propeller) for engine in aircraft.engines)
-    able = all(name in aircraft.control_names for name in LATERAL_CONTROLS)
-    return (*LATERAL_CONTROLS, 'bank') if turns and able else ()
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Trial:
-    """A flight that may or may not be in balance; deflections (controls,) [rad]."""
-
-    airspeed: float
-    alpha: float
-    climb_angle: float
-    throttle: float
-    deflections: FloatArray
-    bank: float = 0.0
-
-    def moved(self, model: Model, values: dict[str, float]) -> '_Trial':
-        """Return it with other values of its fields and of controls, by name."""
-        deflections = self.deflections.copy()
-        fields = {}
-        for name, value in values.items():
-            if name in model.aircraft.control_names:
-                deflections[model.aircraft.control_names.index(name)] = value
-            else:
-                fields[name] = value
-        return replace(self, deflections=deflections, **fields)
-
-
 class _Search:
-    """The loads of one trial after another, each from the decambering of the one before."""
+    """The flights of a search, each from the decambering of the one before."""
 
     def __init__(self, model: Model, density: float, failed: frozenset[str],
                  delta0: FloatArray | None) -> None:
-        self.model = _tight(model)
-        self.density = density
-        self.failed = failed
-        self.delta = delta0
-        self.lateral = _lateral(model, failed)
+        names = model.aircraft.control_names
+        self.model = tight(model)
+        self.density, self.failed, self.delta = density, failed, delta0
+        able = all(name in names for name in LATERAL_CONTROLS)
+        self.lateral = (*LATERAL_CONTROLS, 'bank') \
+            if (failed or _propellers(model)) and able else ()
 
-    def push(self, trial: _Trial) -> Push:
-        """Return what the engines do, their shafts in balance."""
-        aircraft = self.model.aircraft
-        meeting = Meeting(
-            velocity_from_flow_angles(trial.airspeed, trial.alpha, 0.0), np.zeros(3),
-            self.density, propulsion.throttles(aircraft, trial.throttle, self.failed))
-        return propulsion.loads(aircraft, propulsion.settled(aircraft, meeting), meeting,
-                                self.failed)
+    def trial(self, airspeed: float, alpha: float, climb_angle: float = 0.0) -> Trim:
+        """Return a flight with its controls at rest that nothing is known of yet."""
+        controls = Controls(np.zeros(len(self.model.aircraft.controls)))
+        return Trim(airspeed, alpha, climb_angle, controls, np.zeros(0), None,
+                    Status.NOT_CONVERGED, '')
 
-    def loads(self, trial: _Trial, push: Push | None) -> AeroResult:
-        """Return the loads of the air, with the slipstream of a push."""
-        streams = [] if push is None else slipstream.streams(
-            self.model.aircraft, self.model.lattice, push.readings, self.density)
-        velocity_B = velocity_from_flow_angles(trial.airspeed, trial.alpha, 0.0)
-        onset = Onset(body_to_geometry(-velocity_B), np.zeros(3), slipstream.blown(streams))
-        aero = solver.steady(self.model, onset, trial.deflections, density=self.density,
-                             delta0=self.delta)
-        self.delta = aero.strips.delta
-        return aero
+    def moved(self, trial: Trim, values: dict[str, float]) -> Trim:
+        """Return a flight with other values of its fields and controls, by name."""
+        names = self.model.aircraft.control_names
+        deflections, fields = trial.controls.deflections.copy(), dict(values)
+        for name in set(names) & set(values):
+            deflections[names.index(name)] = fields.pop(name)
+        throttle = fields.pop('throttle', trial.controls.throttle)
+        return replace(trial, controls=Controls(deflections, throttle), **fields)
 
-    def residual(self, trial: _Trial) -> tuple[FloatArray, AeroResult]:
-        """Return X, Z over weight and M over weight times chord; where balanced Y, L, N."""
-        aircraft, push = self.model.aircraft, self.push(trial)
-        aero = self.loads(trial, push)
-        weight = aircraft.mass.mass * GRAVITY
-        q_NB = quaternion_from_euler(
-            trial.bank, pitch_angle(trial.alpha, trial.climb_angle, trial.bank), 0.0)
-        force = geometry_to_body(aero.force_G) + push.force_B + rotation(q_NB).T[:, 2] * weight
-        moment = (geometry_to_body(aero.moment_G) + push.moment_B) / aircraft.reference.chord
-        along = [force[0] / weight, force[2] / weight, moment[1] / weight]
-        across = [force[1] / weight, moment[0] / weight, moment[2] / weight]
-        return np.array(along + across if self.lateral else along), aero
+    def in_air(self, trial: Trim) -> Trim:
+        """Return a flight with the loads of the air."""
+        found = in_air(self.model, trial, self.density, self.delta)
+        self.delta = found.aero.strips.delta
+        return found
 
-    def balanced(self, trial: _Trial, free: dict[str, float],
-                 scale: dict[str, float] | None = None) -> Trim:
+    def flown(self, trial: Trim) -> Trim:
+        """Return a flight with its engines, loads and residual."""
+        push = pushed(self.model, trial, self.density, self.failed)
+        found = self.in_air(replace(trial, push=push))
+        residual, _ = balance(self.model, found)
+        return replace(found, residual=residual if self.lateral else residual[_LENGTHWAYS])
+
+    def balanced(self, trial: Trim, free: dict[str, float], airspeed: float = 1.0) -> Trim:
         """
         Return the trim that some fields and controls find, from where they are to start.
 
-        scale : what a unit of some of them stands for.
+        airspeed : what a unit of an unknown airspeed stands for [m/s].
         """
         start = {**free, **dict.fromkeys(self.lateral, 0.0)}
-        units = np.array([(scale or {}).get(name, 1.0) for name in start])
+        units = np.array([airspeed if name == 'airspeed' else 1.0 for name in start])
 
-        def at(unknown: FloatArray) -> _Trial:
-            return trial.moved(self.model, dict(zip(start, (unknown * units).tolist())))
+        def at(unknown: FloatArray) -> Trim:
+            return self.moved(trial, dict(zip(start, (unknown * units).tolist())))
 
-        found = root(lambda unknown: self.residual(at(unknown))[0],
+        found = root(lambda unknown: self.flown(at(unknown)).residual,
                      np.array(list(start.values())), method='hybr', tol=1e-12)
-        return self.finish(at(found.x))
+        return self.judged(self.flown(at(found.x)))
 
-    def finish(self, trial: _Trial) -> Trim:
-        """Return the trim with its residual, and whether controls and solver allow it."""
-        residual, aero = self.residual(trial)
-        message = self._complaint(trial, residual, aero) or 'trimmed'
-        status = Status.CONVERGED if message == 'trimmed' else Status.NOT_CONVERGED
-        return Trim(trial.airspeed, trial.alpha, trial.climb_angle,
-                    Controls(trial.deflections, trial.throttle), residual, aero, status, message,
-                    trial.bank)
+    def judged(self, found: Trim) -> Trim:
+        """Return a flight with whether controls and solver allow it."""
+        complaint = self._complaint(found)
+        return replace(found, message=complaint or 'trimmed',
+                       status=Status.NOT_CONVERGED if complaint else Status.CONVERGED)
 
-    def _complaint(self, trial: _Trial, residual: FloatArray, aero: AeroResult) -> str:
-        if aero.status is not Status.CONVERGED:
-            return f'the aerodynamics did not converge, residual {aero.max_residual:.1e}'
+    def _complaint(self, found: Trim) -> str:
+        if found.aero.status is not Status.CONVERGED:
+            return f'the aerodynamics did not converge, residual {found.aero.max_residual:.1e}'
         at_limit, beyond = '', ''
         for name in (PITCH_CONTROL, *self.lateral[:-1]):
             i = self.model.aircraft.control_names.index(name)
             low, high = self.model.aircraft.controls[i].limits
-            value = float(trial.deflections[i])
+            value = float(found.controls.deflections[i])
             if value in (low, high):
                 at_limit += f', with the {name} at its limit of {math.degrees(value):g} deg'
             elif not low <= value <= high and not beyond:
                 beyond = (f'the {name} would have to stand at {math.degrees(value):.1f} deg, its '
                           f'limits are {math.degrees(low):g} and {math.degrees(high):g}')
-        if np.abs(residual).max() > ACCEPTED:
-            return (f'no balance found, residual {np.abs(residual).max():.1e} of the weight'
-                    + at_limit)
-        if not beyond and not 0.0 <= trial.throttle <= 1.0:
-            full = float(np.linalg.norm(self.push(replace(trial, throttle=1.0)).force_B))
-            return (f'the throttle would have to stand at {trial.throttle:.2f}, it goes from 0 to '
-                    f'1 ({full:.1f} N at full throttle and this airspeed)')
+        worst, throttle = np.abs(found.residual).max(), found.controls.throttle
+        if worst > ACCEPTED:
+            return f'no balance found, residual {worst:.1e} of the weight' + at_limit
+        if not beyond and not 0.0 <= throttle <= 1.0:
+            full = pushed(self.model, self.moved(found, {'throttle': 1.0}), self.density,
+                          self.failed).force_B
+            return (f'the throttle would have to stand at {throttle:.2f}, it goes from 0 to 1 '
+                    f'({np.linalg.norm(full):.1f} N at full throttle and this airspeed)')
         return beyond
 
 
@@ -250,9 +286,9 @@ def straight(model: Model, *, airspeed: float, altitude: float, climb_angle: flo
     """
     _elevator(model)
     search = _Search(model, standard_air(altitude).density, failed, None)
-    powered = bool(set(model.aircraft.engine_names) - failed)
-    trial = _Trial(airspeed, alpha0, climb_angle, 0.0, np.zeros(len(model.aircraft.controls)))
-    third = {'throttle': 0.3} if powered else {'climb_angle': -0.1}
+    trial = search.trial(airspeed, alpha0, climb_angle)
+    third = {'throttle': first_throttle(model, airspeed, search.density, failed)} \
+        if set(model.aircraft.engine_names) - failed else {'climb_angle': -0.1}
     return search.balanced(trial, {'alpha': alpha0, PITCH_CONTROL: 0.0, **third})
 
 
@@ -266,29 +302,28 @@ def glide(model: Model, *, alpha: float, altitude: float,
     for from there. delta0 (n,) carries the decambering of a neighbouring alpha along.
     """
     search, trial = _gliding(model, alpha, altitude, delta0)
-    if not any(isinstance(engine, Propeller) for engine in model.aircraft.engines):
-        return search.finish(trial)
-    names = model.aircraft.control_names
-    return search.balanced(
-        trial, {'airspeed': 1.0, PITCH_CONTROL: trial.deflections[names.index(PITCH_CONTROL)],
-                'climb_angle': trial.climb_angle}, {'airspeed': trial.airspeed})
+    if not _propellers(model):
+        return search.judged(search.flown(trial))
+    elevator = float(trial.controls.deflections[_elevator(model)])
+    return search.balanced(trial, {'airspeed': 1.0, PITCH_CONTROL: elevator,
+                                   'climb_angle': trial.climb_angle}, trial.airspeed)
 
 
 def _gliding(model: Model, alpha: float, altitude: float,
-             delta0: FloatArray | None) -> tuple[_Search, _Trial]:
+             delta0: FloatArray | None) -> tuple[_Search, Trim]:
     """Return the glide at an angle of attack [rad] without any engines."""
     search = _Search(model, standard_air(altitude).density, ALL_WORK, delta0)
     weight = model.aircraft.mass.mass * GRAVITY
     low, high = model.aircraft.controls[_elevator(model)].limits
-    trial = _Trial(20.0, alpha, 0.0, 0.0, np.zeros(len(model.aircraft.controls)))
+    trial = search.trial(20.0, alpha)
 
     def at(elevator: float) -> AeroResult:
-        return search.loads(trial.moved(model, {PITCH_CONTROL: elevator}), None)
+        return search.in_air(search.moved(trial, {PITCH_CONTROL: elevator})).aero
 
     elevator = _crossing(lambda x: float(geometry_to_body(at(x).moment_G)[1]), low, high)
     stability = body_to_stability(geometry_to_body(at(elevator).force_G), alpha)
     lift, drag = -float(stability[2]), -float(stability[0])
-    return search, trial.moved(model, {
+    return search, search.moved(trial, {
         PITCH_CONTROL: elevator, 'climb_angle': -math.atan2(drag, lift),
         'airspeed': trial.airspeed * math.sqrt(weight / math.hypot(lift, drag))})
 
@@ -312,8 +347,8 @@ def powered(model: Model, *, alpha: float, altitude: float, climb_angle: float =
     if not model.aircraft.engines:
         raise ConfigError(f'{model.aircraft.name} has no engine to hold a climb angle with')
     search, trial = _gliding(model, alpha, altitude, delta0)
-    elevator = float(trial.deflections[_elevator(model)])
+    elevator = float(trial.controls.deflections[_elevator(model)])
+    throttle = first_throttle(model, trial.airspeed, search.density, ALL_WORK, otherwise=0.5)
     return search.balanced(
         replace(trial, climb_angle=climb_angle),
-        {'airspeed': 1.0, PITCH_CONTROL: elevator, 'throttle': 0.5},
-        {'airspeed': trial.airspeed})
+        {'airspeed': 1.0, PITCH_CONTROL: elevator, 'throttle': throttle}, trial.airspeed)

@@ -9,7 +9,7 @@ import numpy as np
 import propellers
 import pytest
 
-from poststall_sim import propulsion, rigid_body, simulation, trim
+from poststall_sim import manoeuvre, propulsion, rigid_body, simulation, trim
 from poststall_sim.aero import model as models
 from poststall_sim.aero import solver
 from poststall_sim.aircraft import ConfigError
@@ -120,6 +120,22 @@ def test_slipstream_changes_the_trim_and_none_leaves_it_as_it_was(blown):
     assert calm.status is with_stream.status is Status.CONVERGED
     # Faster air over the middle of the wing: the same lift at less incidence.
     assert with_stream.alpha < calm.alpha - math.radians(0.05)
+
+
+def test_a_turn_behind_a_propeller_is_in_balance_with_its_gyroscopic_moment():
+    """Newton's and Euler's laws as the simulation has them; h is 1.5 kg m^2/s here."""
+    model = models.build(propellers.at_nose(inertia=4e-3, slipstream=True),
+                         dataclasses.replace(COARSE, unsteady=False, tolerance=1e-9))
+    found = manoeuvre.steady(model, manoeuvre.Task(airspeed=SPEED, turn_rate=0.4),
+                             altitude=ALTITUDE)
+    assert found.status is Status.CONVERGED
+    body = BodyState(np.array([0.0, 0.0, -ALTITUDE]), found.velocity_B, found.rates_B, found.q_NB)
+    begun = simulation.Flight(model, body, found.controls, dt_ns=10_000_000,
+                              delta0=found.aero.strips.delta).snapshot
+    assert begun.engines.speed[0] * 4e-3 > 1.0
+    assert begun.rate_change_B == pytest.approx(np.zeros(3), abs=1e-4)
+    assert begun.acceleration_B == pytest.approx(
+        np.cross(found.rates_B, found.velocity_B), abs=1e-4)
 
 
 # --- one engine of two

@@ -143,7 +143,7 @@ def push(machine, velocity_B, throttle, *, rates_B=(0.0, 0.0, 0.0), density=DENS
     """Return what the engines do with their shafts in balance."""
     meeting = propulsion.Meeting(np.array(velocity_B, dtype=float), np.array(rates_B), density,
                                  propulsion.throttles(machine, throttle, failed))
-    return propulsion.loads(machine, propulsion.settled(machine, meeting), meeting, failed)
+    return propulsion.balanced(machine, meeting, failed)
 
 
 def coefficients(machine, result, speed, alpha=0.0):
