@@ -264,7 +264,8 @@ PUBLISHED: tuple[Topic, ...] = (
           'gravity and thrust [N, N m]',
           fields.pair('wrench', 'force', 'torque', lambda s: (s.force_B, s.moment_B))),
     Topic('wrench/propulsion', 'geometry_msgs/msg/WrenchStamped', Rate.STATE,
-          'thrust and its moment about the centre of gravity, in base_link [N, N m]',
+          'what the engines do: force, and moment about the centre of gravity with torque and '
+          'gyroscopic moment, in base_link [N, N m]',
           fields.pair('wrench', 'force', 'torque', lambda s: (s.thrust_B, s.thrust_moment_B))),
     AIRSPEED,
     Topic('air_data/alpha', _FLOAT, Rate.STATE, 'angle of attack [rad]', fields.number('alpha')),
