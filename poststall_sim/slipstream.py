@@ -25,6 +25,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from poststall_sim.aero.lattice import Lattice
 from poststall_sim.aircraft import Aircraft
@@ -58,24 +59,28 @@ class Stream:
 
     def at(self, arm_G: FloatArray) -> FloatArray:
         """Return what the air has more (k, 3) [m/s] at arms (k, 3) from the centre of gravity."""
-        place = arm_G - self.arm_G
-        behind = place @ self.aft_G
-        across = place - behind[:, None] * self.aft_G
-        more = self.induced * (1.0 + behind / np.hypot(behind, self.radius))
-        tube = self.radius * np.sqrt(
-            (self.along + self.induced) / np.maximum(self.along + more, 1e-9))
-        distance = np.sqrt(np.einsum('ij,ij->i', across, across))
-        half = 0.5 * self.width
-        covered = (np.minimum(distance + half, tube) - np.maximum(distance - half, -tube)) \
-            / self.width
-        share = np.clip(covered, 0.0, 1.0)
-        axial = (share * more)[:, None] * self.aft_G
-        if self.turning == 0.0:
-            return axial
-        turning = np.where(behind > 0.0, self.turning * (self.radius / tube) ** 2, 0.0)
-        x, y, z = self.aft_G
-        about = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])   # across @ it: aft x across
-        return axial + (share * turning)[:, None] * (across @ about)
+        out = np.empty(arm_G.shape)
+        _at(arm_G, self.arm_G, self.aft_G, self.radius, self.along, self.induced, self.turning,
+            self.width, out)
+        return out
+
+
+@njit(cache=True, nogil=True)
+def _at(arm, disc, aft, radius, along, induced, turning, width, out):
+    """Fill `out` (k, 3) with what a stream adds at arms (k, 3); the rest as in `Stream`."""
+    for i in range(arm.shape[0]):
+        x, y, z = arm[i, 0] - disc[0], arm[i, 1] - disc[1], arm[i, 2] - disc[2]
+        behind = x * aft[0] + y * aft[1] + z * aft[2]
+        x, y, z = x - behind * aft[0], y - behind * aft[1], z - behind * aft[2]
+        more = induced * (1.0 + behind / math.hypot(behind, radius))
+        tube = radius * math.sqrt((along + induced) / max(along + more, 1e-9))
+        distance = math.sqrt(x * x + y * y + z * z)
+        covered = min(distance + 0.5 * width, tube) - max(distance - 0.5 * width, -tube)
+        share = min(max(covered / width, 0.0), 1.0)
+        turned = share * turning * (radius / tube) ** 2 if behind > 0.0 else 0.0
+        out[i, 0] = share * more * aft[0] + turned * (aft[1] * z - aft[2] * y)
+        out[i, 1] = share * more * aft[1] + turned * (aft[2] * x - aft[0] * z)
+        out[i, 2] = share * more * aft[2] + turned * (aft[0] * y - aft[1] * x)
 
 
 def induced_velocity(thrust: float, along: float, density: float, radius: float) -> float:
