@@ -222,7 +222,8 @@ class Aircraft:
         object.__setattr__(
             self, 'control_names', tuple(control.name for control in self.controls))
 
-    def no_engine(self, name: str) -> str:
-        """Return what to say of an engine that is not there."""
-        return (f'{self.name} has no engine named {name!r}, there are '
-                f'{list(self.engine_names) or "none"}')
+    def require_engines(self, names: frozenset[str]) -> None:
+        """Raise `ConfigError` for a name that no engine has."""
+        for name in sorted(names - set(self.engine_names)):
+            raise ConfigError(f'{self.name} has no engine named {name!r}, there are '
+                              f'{list(self.engine_names) or "none"}')

@@ -243,10 +243,9 @@ class Flight:
     A model in flight: the present state, and the one it can go back to.
 
     ``gusts`` may be set to what the air has more than the wind, from place to place and time to
-    time; it is not saved. ``failed_engines`` may be set to the names of engines that do not work:
-    their throttle is 0, whatever is asked. ``paused_reason`` is None, or says why the flight does
-    not go on: ground contact (flat ground at altitude 0; there is no landing gear) or divergence,
-    with the last good state kept.
+    time; it is not saved. ``paused_reason`` is None, or says why the flight does not go on: ground
+    contact (flat ground at altitude 0; there is no landing gear) or divergence, with the last good
+    state kept.
     """
 
     def __init__(self, model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
@@ -263,6 +262,16 @@ class Flight:
         self._first = replace(body, velocity_B=_air_velocity(body, self.wind_N))
         self._delta0 = delta0
         self.reset(time_ns=0)
+
+    @property
+    def failed_engines(self) -> frozenset[str]:
+        """Names of engines that do not work, which may be set: their throttle is 0."""
+        return self._failed
+
+    @failed_engines.setter
+    def failed_engines(self, names: frozenset[str]) -> None:
+        self.model.aircraft.require_engines(names)
+        self._failed = names
 
     def reset(self, time_ns: int | None = None) -> Snapshot:
         """Go back to the first place and airspeed with a fresh wake; time goes on unless given."""
@@ -362,8 +371,7 @@ def start(aircraft: Aircraft, settings: Settings = DEFAULTS, *, airspeed: float,
     that do not work; progress is told what takes the time. Raises `ConfigError` where no trim
     exists, or no such engine.
     """
-    for name in sorted(failed - set(aircraft.engine_names)):
-        raise ConfigError(aircraft.no_engine(name))
+    aircraft.require_engines(failed)
     progress('building the lattice (compiling on the first run, up to a minute)')
     model = models.build(aircraft, settings)
     dt_ns = automatic_dt_ns(model, airspeed) if dt is None else round(dt * 1e9)

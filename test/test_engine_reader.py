@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Engines in aircraft files: the documented ones, every key, every mistake in one line."""
 
+import json
 import re
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import wings
 import yaml
 from test_definition import contents, leaves, replaced
 
-from poststall_sim import definition, engine_reader
+from poststall_sim import cli, definition, engine_reader
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.engines import Governor, LinearThrust, Propeller, Rotation, ThrustTable
 from poststall_sim.reader import Place, Reader
@@ -145,3 +146,20 @@ def test_a_mistake_is_said_in_one_line_that_names_its_place(case):
 def test_two_engines_must_not_have_one_name(tmp_path):
     with pytest.raises(ConfigError, match='plane.yaml: two engines are named nose'):
         aircraft(tmp_path, ELECTRIC, ELECTRIC)
+
+
+def test_the_command_trims_on_what_is_left_and_names_what_there_is(tmp_path, capsys):
+    pair = [{**LINEAR, 'name': name, 'position_m': [-0.1, side, -0.05]}
+            for name, side in (('left', -0.4), ('right', 0.4))]
+    aircraft(tmp_path, *pair)
+    path = ['trim', '--aircraft', str(tmp_path / 'plane.yaml'), '--panels', '1']
+    out = tmp_path / 'trim.json'
+    assert cli.main([*path, '--airspeed', '14', '--failed', 'right', '--json', str(out)]) == 0
+    found, = json.loads(out.read_text())['trims']
+    assert found['kind'] == 'powered' and found['controls']['rudder_deg'] > 0.5
+    assert cli.main([*path, '--airspeed', '14', '--failed', 'left,right']) == 0
+    for wrong, message in ((['--airspeed', '14', '--failed', 'tail'], "no engine named 'tail'"),
+                           (['--alpha', '4', '--failed', 'left'], '--failed is of flight at an')):
+        capsys.readouterr()
+        assert cli.main([*path, *wrong]) == 2
+        assert message in capsys.readouterr().err

@@ -172,9 +172,11 @@ def test_a_flight_begins_on_one_engine_and_stays_trimmed():
     assert last.engines.thrust[0] > 3.0 and last.engines.thrust[1] == 0.0
     assert np.abs(last.body.rates_B).max() < 1e-3
     assert last.body.velocity_B == pytest.approx(first.body.velocity_B, abs=0.01)
-    with pytest.raises(ConfigError, match=r"no engine named 'middle', there are \['left', 'rig"):
-        simulation.start(pair, COARSE, airspeed=SPEED, altitude=ALTITUDE,
-                         failed=frozenset({'middle'}))
+    middle, message = frozenset({'middle'}), r"no engine named 'middle', there are \['left', 'rig"
+    with pytest.raises(ConfigError, match=message):
+        simulation.start(pair, COARSE, airspeed=SPEED, altitude=ALTITUDE, failed=middle)
+    with pytest.raises(ConfigError, match=message):
+        flown.failed_engines = middle
 
 
 # --- linear

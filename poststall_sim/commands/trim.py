@@ -133,10 +133,8 @@ def _found(arguments: argparse.Namespace, model) -> Iterable[dict]:
 
 def _failed(arguments: argparse.Namespace, model) -> frozenset[str]:
     """Return the names of the engines that do not work."""
-    from poststall_sim.aircraft import ConfigError
     failed = frozenset(arguments.failed.split(',') if arguments.failed else ())
-    for name in sorted(failed - set(model.aircraft.engine_names)):
-        raise ConfigError(model.aircraft.no_engine(name))
+    model.aircraft.require_engines(failed)
     return failed
 
 

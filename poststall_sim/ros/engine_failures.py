@@ -6,7 +6,7 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from poststall_sim.aircraft import Aircraft
+from poststall_sim.aircraft import Aircraft, ConfigError
 
 NAME = 'engine_failures'
 
@@ -21,9 +21,10 @@ def check(node: Node, aircraft: Aircraft) -> None:
     def checked(parameters: list[Parameter]) -> SetParametersResult:
         for parameter in parameters:
             if parameter.name == NAME and isinstance(parameter.value, str):
-                for name in sorted(names(parameter.value) - set(aircraft.engine_names)):
-                    return SetParametersResult(
-                        successful=False, reason=aircraft.no_engine(name))
+                try:
+                    aircraft.require_engines(names(parameter.value))
+                except ConfigError as error:
+                    return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     node.add_on_set_parameters_callback(checked)
