@@ -61,7 +61,7 @@ def _table(read: Reader, given: dict[str, Any], airfoils: Sequence[Airfoil]) -> 
 
 
 def _propeller(read: Reader, given: dict[str, Any], airfoils: Sequence[Airfoil]) -> Propeller:
-    diameter = read.number('diameter_m', above=0)
+    diameter = read.number('diameter_m', above=0, at_most=100)
     if read.has('blades'):
         if read.has('coefficients'):
             raise read.where.key('blades').error('expected either blades or coefficients')

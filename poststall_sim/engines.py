@@ -18,6 +18,8 @@ from poststall_sim.frames import FloatArray
 from poststall_sim.records import ConfigError, read_only, require_positive
 
 AHEAD = (-1.0, 0.0, 0.0)
+_GREATEST = 100.0
+"""No propeller is larger [m], no coefficient of one is [-]."""
 
 
 class Rotation(enum.Enum):
@@ -103,9 +105,10 @@ class Coefficients:
             object.__setattr__(self, key, read_only(getattr(self, key)))
         ratio, thrust, power = self.advance_ratio, self.thrust, self.power
         _require_rising('advance ratio', ratio)
-        if not (thrust.shape == power.shape == ratio.shape and np.isfinite(thrust).all()
-                and np.isfinite(power).all()):
-            raise ConfigError('CT and CP must be finite, one of each for every advance ratio')
+        if not (thrust.shape == power.shape == ratio.shape
+                and (np.abs(np.concatenate([thrust, power])) <= _GREATEST).all()):
+            raise ConfigError(f'CT and CP must be within +-{_GREATEST:g}, one of each for every '
+                              'advance ratio')
         if not power[0] > 0.0:
             raise ConfigError(f'CP must be above 0 in the first row, got {power[0]:g}')
         if not thrust[-1] < thrust[-2]:
@@ -200,6 +203,8 @@ class Propeller:
     def __post_init__(self) -> None:
         """Refuse propellers that push nowhere."""
         require_positive('diameter', self.diameter, 'm')
+        if self.diameter > _GREATEST:
+            raise ConfigError(f'diameter must be at most {_GREATEST:g} m, got {self.diameter!r}')
         _require_none_or_more('inertia', self.inertia, 'kg m^2')
         if isinstance(self.drive, ElectricMotor):
             require_positive('inertia of what a motor turns', self.inertia, 'kg m^2')

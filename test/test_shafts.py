@@ -190,7 +190,8 @@ def test_static_thrust_is_that_of_the_coefficient():
 
 
 @pytest.mark.parametrize('make, message', [
-    (lambda: Coefficients([0.0, 1.0], [0.1, 0.0], [0.05, 0.05, 0.05]), 'CT and CP must be finite'),
+    (lambda: Coefficients([0.0, 1.0], [0.1, 0.0], [0.05, 0.05, 0.05]), 'CT and CP must be within'),
+    (lambda: Coefficients([0.0, 1.0], [0.1, -math.inf], [0.1, 0.05]), 'CT and CP must be within'),
     (lambda: Coefficients([0.0, 1.0], [0.1, 0.2], [0.05, 0.5]), 'CT must fall'),
     (lambda: Coefficients([0.0, 1.0], [0.1, 0.09], [0.05, 0.05]), 'more work than the shaft'),
     (lambda: Coefficients([0.0, 1.0], [0.1, 0.0], [0.0, 0.05]), 'CP must be above 0'),
@@ -202,6 +203,7 @@ def test_static_thrust_is_that_of_the_coefficient():
     (lambda: propellers.propeller(inertia=0.0), 'inertia of what a motor turns must be above 0'),
     (lambda: propellers.propeller(swirl=True), 'swirl is of a slipstream'),
     (lambda: Propeller(-1.0, FLAT, MOTOR, (0.0, 0.0, 0.0), inertia=1.0), 'diameter must be'),
+    (lambda: propellers.propeller(diameter=400.0), 'diameter must be at most 100 m'),
     (lambda: propellers.trainer(propellers.propeller(name='left'),
                                 propellers.propeller(name='left')), 'two engines are named left'),
 ])
