@@ -3,7 +3,7 @@
 """Engines out of the mappings of an aircraft file; docs/propulsion.md lists the keys."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -32,11 +32,13 @@ _ROTATIONS = {'clockwise': Rotation.CLOCKWISE, 'counterclockwise': Rotation.COUN
 
 def engine(read: Reader, airfoils: Sequence[Airfoil]) -> Engine:
     """Read an engine of any kind; the sections of its blades are airfoils of the aircraft."""
-    kind = read.choice('kind', _KINDS, default='linear')
+    kind = read.choice('kind', {
+        'linear': _linear, 'table': _table,
+        'propeller': lambda read, given: _propeller(read, given, airfoils)}, default='linear')
     given = {'position_G': read.vector('position_m', 3), 'direction_G': _direction(read)}
     if read.has('name'):
         given['name'] = read.name('name')
-    return kind(read, given, airfoils)
+    return kind(read, given)
 
 
 def _direction(read: Reader) -> tuple[float, ...]:
@@ -47,13 +49,13 @@ def _direction(read: Reader) -> tuple[float, ...]:
     return tuple(component / length for component in direction)
 
 
-def _linear(read: Reader, given: dict[str, Any], airfoils: Sequence[Airfoil]) -> LinearThrust:
+def _linear(read: Reader, given: dict[str, Any]) -> LinearThrust:
     return read.build(
         LinearThrust, static_thrust=read.number('static_thrust_N', above=0),
         zero_thrust_airspeed=read.number('zero_thrust_airspeed_m_s', above=0), **given)
 
 
-def _table(read: Reader, given: dict[str, Any], airfoils: Sequence[Airfoil]) -> ThrustTable:
+def _table(read: Reader, given: dict[str, Any]) -> ThrustTable:
     throttle, airspeed = read.numbers('throttle'), read.numbers('airspeed_m_s')
     return read.build(
         ThrustTable, throttle=throttle, airspeed=airspeed,
@@ -128,7 +130,3 @@ def _battery(read: Reader) -> Battery:
         empty_voltage=read.number('empty_voltage_V', above=0, default=voltage),
         resistance=read.number('resistance_Ohm', at_least=0, default=0.0),
         capacity=_HOUR * read.number('capacity_Ah', above=0))
-
-
-_KINDS: dict[str, Callable[[Reader, dict[str, Any], Sequence[Airfoil]], Engine]] = {
-    'linear': _linear, 'table': _table, 'propeller': _propeller}

@@ -9,7 +9,14 @@ import numpy as np
 import propellers
 import pytest
 
-from poststall_sim import manoeuvre, propulsion, rigid_body, simulation, trim
+from poststall_sim import (
+    manoeuvre,
+    propulsion,
+    rigid_body,
+    simulation,
+    state_space_file,
+    trim,
+)
 from poststall_sim.aero import model as models
 from poststall_sim.aero import solver
 from poststall_sim.aero.wash import Precision
@@ -217,7 +224,7 @@ def test_the_matrix_is_the_slope_of_the_equations_of_motion_and_of_the_shaft(dri
                             settled.speed])
     body = bodies.free_body(machine, velocity_B=flown.velocity_B, pitch=flown.pitch,
                             bank=flown.bank, throttle=throttle, density=DENSITY)
-    assert body.names == (*bodies.STATES, 'speed_engine_1')
+    assert body.names == (*bodies.STATES, 'shaft[engine_1]')
     matrix = derivatives.state_matrix(
         body, derivatives.quasi_steady(model, flown, density=DENSITY).motion)
     steps = np.diag([1e-4] * 9 + [1e-1])
@@ -274,8 +281,24 @@ def test_a_throttle_moves_the_linear_system_as_it_moves_the_flight():
         linear.append(x[system.own])
     along = [0, 2, 4, 7, 9]
     error = np.abs(simulated - linear).max(axis=0) / np.abs(simulated).max(axis=0)
-    assert system.body.names[9] == 'speed_engine_1' and simulated[-1, 9] > 100.0
+    assert system.body.names[9] == 'shaft[engine_1]' and simulated[-1, 9] > 100.0
     assert error[along].max() < 5e-3
+
+
+@pytest.mark.parametrize('order', [None, 12])
+def test_a_shaft_is_a_state_with_a_unit_in_the_file(tmp_path, order):
+    model = models.build(propellers.at_nose(), COARSE)
+    level = trim.straight(model, airspeed=SPEED, altitude=ALTITUDE)
+    at = flight.linearise(model, level, altitude=ALTITUDE, rows=20,
+                          decamberings=(Decambering.VARIABLE,))
+    written = state_space_file.export(tmp_path / 'system.npz', model, at, altitude=ALTITUDE,
+                                      decambering=Decambering.VARIABLE, order=order).space
+    with np.load(tmp_path / 'system.npz') as file:
+        units = dict(zip(file['states'].tolist(), file['state_units'].tolist()))
+    assert units['shaft[engine_1]'] == 'rad/s'
+    # More turns, more thrust: the airspeed of the next step.
+    rows = [written.states.index(name) for name in ('u', 'shaft[engine_1]')]
+    assert written.a[rows[0], rows[1]] > 0.0 and 0.5 < written.a[rows[1], rows[1]] < 1.0
 
 
 def test_modes_keep_their_names_beside_a_shaft():

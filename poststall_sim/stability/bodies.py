@@ -67,7 +67,7 @@ def free_body(aircraft: Aircraft, *, velocity_B: FloatArray, pitch: float, throt
                               f'of {name} is on: set slipstream to false for them')
     shafts = [i for i, engine in enumerate(aircraft.engines) if isinstance(engine, Propeller)]
     states = 9 + len(shafts)
-    names = (*STATES, *(f'speed_{aircraft.engine_names[i]}' for i in shafts))
+    names = (*STATES, *(f'shaft[{aircraft.engine_names[i]}]' for i in shafts))
     engines = _Engines(aircraft, velocity_B, throttle, density, shafts)
     by_motion, by_speed, by_throttle = engines.slopes()
     u, v, w = velocity_B
