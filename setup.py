@@ -40,6 +40,7 @@ extras['test'] = [
     'pytest>=7.4',
     'pytest-benchmark',
     'pytest-timeout',
+    'pytest-xdist',
     # A second DDS, to talk to the nodes, where it has wheels; elsewhere its test is skipped.
     'cyclonedds>=11,<12; sys_platform == "linux" and platform_machine == "x86_64"',
 ]
