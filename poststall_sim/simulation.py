@@ -93,19 +93,18 @@ def begin(model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
           wind_N: FloatArray = CALM, delta0: FloatArray | None = None,
           charge: FloatArray | None = None, failed: frozenset[str] = ALL_WORK,
           time_ns: int = 0) -> tuple[FlightState, Snapshot]:
-    """
-    Return the first state of a flight, on the steady wake of its onset and with settled shafts.
-
-    charge (k,) : of the engines' batteries, full by default; failed : engines that do not work.
-    """
+    """Return the first state of a flight: steady wake, settled shafts, batteries full or given."""
     controls = limited(model.aircraft, controls)
-    density = standard_air(body.altitude).density
+    air = standard_air(body.altitude)
+    density = air.density
     meeting = _meeting(model, _air_velocity(body, wind_N), body.rates_B, controls, density, failed)
     engines = propulsion.settled(model.aircraft, meeting, charge)
     push = propulsion.loads(model.aircraft, engines, meeting, failed)
+    onset = _onset(model, body, wind_N, push, density)
     flow, aero = solver.start(
-        model, _onset(model, body, wind_N, push, density), placement(model.aircraft, body),
-        controls.deflections, density=density, dt=dt_ns * 1e-9, delta0=delta0)
+        model.at(onset.airspeed, air.kinematic_viscosity, controls.deflections), onset,
+        placement(model.aircraft, body), controls.deflections,
+        density=density, dt=dt_ns * 1e-9, delta0=delta0)
     motion = np.concatenate([body.velocity_B, body.rates_B])
     load = _load(aero) + push.load
     state = FlightState(time_ns, body, controls, flow, engines, load, motion, motion)
@@ -129,7 +128,8 @@ def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
     dt = dt_ns * 1e-9
     aircraft = model.aircraft
     controls = limited(aircraft, controls)
-    density = standard_air(state.body.altitude).density
+    air = standard_air(state.body.altitude)
+    density = air.density
     added, rigid = _inertia(model, density)
 
     guess = rigid_body.advance(state.body, state.load, state.load, dt, **rigid)
@@ -153,9 +153,11 @@ def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
     push = propulsion.loads(
         aircraft, engines, _meeting(model, air_B, guess.rates_B, controls, density, failed),
         failed)
+    onset = _onset(model, guess, wind_N, push, density, gust)
     flow, aero = solver.advance(
-        model, state.flow, _onset(model, guess, wind_N, push, density, gust), place,
-        controls.deflections, density=density, dt=dt, drift_N=wind_N * dt, drift_at=drift_at)
+        model.at(onset.airspeed, air.kinematic_viscosity, controls.deflections), state.flow,
+        onset, place, controls.deflections,
+        density=density, dt=dt, drift_N=wind_N * dt, drift_at=drift_at)
     motion = np.concatenate([guess.velocity_B, guess.rates_B])
     # The same difference formula as dG/dt, so that the added mass cancels exactly.
     rate = (3.0 * motion - 4.0 * state.motion + state.previous_motion) / (2.0 * dt)

@@ -23,7 +23,7 @@ from poststall_sim.aero import solver
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.atmosphere import standard_air
+from poststall_sim.atmosphere import Air, standard_air
 from poststall_sim.engines import Propeller
 from poststall_sim.frames import (
     GRAVITY,
@@ -107,6 +107,8 @@ def pitch_angle(alpha: float, beta: float, bank: float, climb_angle: float) -> f
         + math.atan2(b, a)
 
 
+SPEED_LIMIT, SAME_SPEED = 30, 1e-9
+"""How often a glide's airspeed is put into its Reynolds numbers, and when that is enough."""
 TIGHT = 1e-9
 """Residual of the closure in a search: what it leaves must not pass for a change of balance."""
 _LENGTHWAYS = [0, 2, 4]
@@ -129,14 +131,15 @@ def pushed(model: Model, trial: Trim, density: float, failed: frozenset[str]) ->
     return propulsion.balanced(aircraft, meeting, failed)
 
 
-def in_air(model: Model, trial: Trim, density: float, delta0: FloatArray | None) -> Trim:
+def in_air(model: Model, trial: Trim, air: Air, delta0: FloatArray | None) -> Trim:
     """Return a flight with the loads of the air, the slipstream of its push in it."""
     streams = [] if trial.push is None else slipstream.streams(
-        model.aircraft, model.lattice, trial.push.readings, density)
+        model.aircraft, model.lattice, trial.push.readings, air.density)
     onset = Onset(body_to_geometry(-trial.velocity_B), body_to_geometry(trial.rates_B),
                   slipstream.blown(streams))
+    flown = model.at(trial.airspeed, air.kinematic_viscosity, trial.controls.deflections)
     return replace(trial, aero=solver.steady(
-        model, onset, trial.controls.deflections, density=density, delta0=delta0))
+        flown, onset, trial.controls.deflections, density=air.density, delta0=delta0))
 
 
 def balance(model: Model, found: Trim) -> tuple[FloatArray, float]:
@@ -192,11 +195,11 @@ def _elevator(model: Model) -> int:
 class _Search:
     """The flights of a search, each from the decambering of the one before."""
 
-    def __init__(self, model: Model, density: float, failed: frozenset[str],
+    def __init__(self, model: Model, air: Air, failed: frozenset[str],
                  delta0: FloatArray | None) -> None:
         names = model.aircraft.control_names
         self.model = tight(model)
-        self.density, self.failed, self.delta = density, failed, delta0
+        self.air, self.failed, self.delta = air, failed, delta0
         able = all(name in names for name in LATERAL_CONTROLS)
         self.lateral = (*LATERAL_CONTROLS, 'bank') \
             if (failed or _propellers(model)) and able else ()
@@ -218,13 +221,13 @@ class _Search:
 
     def in_air(self, trial: Trim) -> Trim:
         """Return a flight with the loads of the air."""
-        found = in_air(self.model, trial, self.density, self.delta)
+        found = in_air(self.model, trial, self.air, self.delta)
         self.delta = found.aero.strips.delta
         return found
 
     def flown(self, trial: Trim) -> Trim:
         """Return a flight with its engines, loads and residual."""
-        push = pushed(self.model, trial, self.density, self.failed)
+        push = pushed(self.model, trial, self.air.density, self.failed)
         found = self.in_air(replace(trial, push=push))
         residual, _ = balance(self.model, found)
         return replace(found, residual=residual if self.lateral else residual[_LENGTHWAYS])
@@ -268,7 +271,7 @@ class _Search:
         if worst > ACCEPTED:
             return f'no balance found, residual {worst:.1e} of the weight' + at_limit
         if not beyond and not 0.0 <= throttle <= 1.0:
-            full = pushed(self.model, self.moved(found, {'throttle': 1.0}), self.density,
+            full = pushed(self.model, self.moved(found, {'throttle': 1.0}), self.air.density,
                           self.failed).force_B
             return (f'the throttle would have to stand at {throttle:.2f}, it goes from 0 to 1 '
                     f'({np.linalg.norm(full):.1f} N at full throttle and this airspeed)')
@@ -285,9 +288,9 @@ def straight(model: Model, *, airspeed: float, altitude: float, climb_angle: flo
     where there are several; failed : names of engines that do not work.
     """
     _elevator(model)
-    search = _Search(model, standard_air(altitude).density, failed, None)
+    search = _Search(model, standard_air(altitude), failed, None)
     trial = search.trial(airspeed, alpha0, climb_angle)
-    third = {'throttle': first_throttle(model, airspeed, search.density, failed)} \
+    third = {'throttle': first_throttle(model, airspeed, search.air.density, failed)} \
         if set(model.aircraft.engine_names) - failed else {'climb_angle': -0.1}
     return search.balanced(trial, {'alpha': alpha0, PITCH_CONTROL: 0.0, **third})
 
@@ -312,7 +315,7 @@ def glide(model: Model, *, alpha: float, altitude: float,
 def _gliding(model: Model, alpha: float, altitude: float,
              delta0: FloatArray | None) -> tuple[_Search, Trim]:
     """Return the glide at an angle of attack [rad] without any engines."""
-    search = _Search(model, standard_air(altitude).density, ALL_WORK, delta0)
+    search = _Search(model, standard_air(altitude), ALL_WORK, delta0)
     weight = model.aircraft.mass.mass * GRAVITY
     low, high = model.aircraft.controls[_elevator(model)].limits
     trial = search.trial(20.0, alpha)
@@ -320,12 +323,19 @@ def _gliding(model: Model, alpha: float, altitude: float,
     def at(elevator: float) -> AeroResult:
         return search.in_air(search.moved(trial, {PITCH_CONTROL: elevator})).aero
 
-    elevator = _crossing(lambda x: float(geometry_to_body(at(x).moment_G)[1]), low, high)
-    stability = body_to_stability(geometry_to_body(at(elevator).force_G), alpha)
-    lift, drag = -float(stability[2]), -float(stability[0])
-    return search, search.moved(trial, {
-        PITCH_CONTROL: elevator, 'climb_angle': -math.atan2(drag, lift),
-        'airspeed': trial.airspeed * math.sqrt(weight / math.hypot(lift, drag))})
+    for _ in range(SPEED_LIMIT):
+        elevator = _crossing(lambda x: float(geometry_to_body(at(x).moment_G)[1]), low, high)
+        stability = body_to_stability(geometry_to_body(at(elevator).force_G), alpha)
+        lift, drag = -float(stability[2]), -float(stability[0])
+        before = trial.airspeed
+        trial = search.moved(trial, {
+            PITCH_CONTROL: elevator, 'climb_angle': -math.atan2(drag, lift),
+            'airspeed': before * math.sqrt(weight / math.hypot(lift, drag))})
+        # Coefficients know nothing of the airspeed but the Reynolds number.
+        if model.lattice.tables is None or \
+                abs(trial.airspeed - before) < SAME_SPEED * before:
+            break
+    return search, trial
 
 
 def _crossing(moment: Callable[[float], float], low: float, high: float) -> float:
@@ -348,7 +358,7 @@ def powered(model: Model, *, alpha: float, altitude: float, climb_angle: float =
         raise ConfigError(f'{model.aircraft.name} has no engine to hold a climb angle with')
     search, trial = _gliding(model, alpha, altitude, delta0)
     elevator = float(trial.controls.deflections[_elevator(model)])
-    throttle = first_throttle(model, trial.airspeed, search.density, ALL_WORK, otherwise=0.5)
+    throttle = first_throttle(model, trial.airspeed, search.air.density, ALL_WORK, otherwise=0.5)
     return search.balanced(
         replace(trial, climb_angle=climb_angle),
         {'airspeed': 1.0, PITCH_CONTROL: elevator, 'throttle': throttle}, trial.airspeed)
