@@ -88,7 +88,10 @@ def _coefficients(read: Reader, key: str) -> Coefficients:
 
 def _from_blades(read: Reader, diameter: float, airfoils: Sequence[Airfoil]) -> Coefficients:
     count = read.count('count', at_most=20)
-    section = read.choice('airfoil', {each.name: each for each in airfoils})
+    # Of several tables of a section the one of the least Reynolds number, without a flap.
+    section = read.choice('airfoil', {
+        each.name: each for each in sorted(airfoils, key=lambda each: -(each.reynolds or 0.0))
+        if each.deflection == 0.0})
     tip = 0.5 * diameter
     if read.has('pitch_m'):
         hub = read.number('hub_radius_m', above=0, default=0.15 * tip)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Engines in aircraft files: the documented ones, every key, every mistake in one line."""
 
+import dataclasses
 import json
 import re
 from pathlib import Path
@@ -141,6 +142,17 @@ def test_a_mistake_is_said_in_one_line_that_names_its_place(case):
         read(replaced({**engine, path[0]: engine.get(path[0])}, path, value))
     assert str(caught.value).startswith('plane.yaml: engines[0]')
     assert '\n' not in str(caught.value)
+
+
+def test_blades_take_the_section_of_the_least_reynolds_number_without_a_flap():
+    def with_tables(*tables):
+        return engine_reader.engine(Reader(PITCHED, Place('plane.yaml')), [
+            dataclasses.replace(AIRFOILS[0], cl=share * AIRFOILS[0].cl, reynolds=reynolds,
+                                deflection=deflection)
+            for share, reynolds, deflection in tables]).coefficients.thrust[0]
+
+    several = with_tables((1.0, 4e5, 0.0), (0.8, 1e5, 0.0), (1.2, 5e4, 0.2))
+    assert several == with_tables((0.8, None, 0.0)) != with_tables((1.0, None, 0.0))
 
 
 def test_two_engines_must_not_have_one_name(tmp_path):
