@@ -198,13 +198,17 @@ class Aircraft:
     engines: tuple[Engine, ...] = ()
     bodies: tuple[NonliftingBody, ...] = ()
     control_names: tuple[str, ...] = field(init=False)
+    engine_names: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         """Refuse names that point nowhere or twice."""
         if not self.surfaces:
             raise ConfigError('an aircraft needs at least one surface')
+        object.__setattr__(self, 'engine_names', tuple(
+            engine.name or f'engine_{i}' for i, engine in enumerate(self.engines, 1)))
         for kinds, names in (('surfaces', [s.name for s in self.surfaces]),
                              ('controls', [c.name for c in self.controls]),
+                             ('engines', self.engine_names),
                              ('bodies', [b.name for b in self.bodies])):
             for name in names:
                 if names.count(name) > 1:
@@ -240,3 +244,9 @@ class Aircraft:
                                       'not symmetric, so it has no left or right side')
         object.__setattr__(
             self, 'control_names', tuple(control.name for control in self.controls))
+
+    def require_engines(self, names: frozenset[str]) -> None:
+        """Raise `ConfigError` for a name that no engine has."""
+        for name in sorted(names - set(self.engine_names)):
+            raise ConfigError(f'{self.name} has no engine named {name!r}, there are '
+                              f'{list(self.engine_names) or "none"}')

@@ -138,7 +138,8 @@ def aircraft(path: str | os.PathLike[str]) -> Aircraft:
         mass=_mass_properties(read.mapping('mass')),
         controls=tuple(control_reader.control(controls.mapping(key), key, surfaces)
                        for key in controls.names()),
-        engines=tuple(engine_reader.engine(item) for item in read.mappings('engines', default=[])),
+        engines=tuple(engine_reader.engine(item, airfoils)
+                      for item in read.mappings('engines', default=[])),
         bodies=tuple(body_reader.body(item) for item in read.mappings('bodies', default=[])))
 
 

@@ -25,7 +25,6 @@ from poststall_sim.frames import (
     quaternion_from_euler,
     quaternion_rate,
 )
-from poststall_sim.propulsion import thrust
 from poststall_sim.stability import bodies, derivatives, modes
 from poststall_sim.state import BodyState, Controls, Status
 
@@ -62,7 +61,7 @@ def stalled(model):
 def body_of(model, flown):
     return bodies.free_body(
         model.aircraft, velocity_B=flown.velocity_B, pitch=flown.alpha + flown.climb_angle,
-        throttle=flown.controls.throttle)
+        throttle=flown.controls.throttle, density=DENSITY)
 
 
 def matrix_of(model, flown, result, **options):
@@ -202,7 +201,8 @@ def test_thrust_falls_with_airspeed_at_fixed_throttle(model, cruise):
 def test_a_body_without_air_feels_gravity_and_its_own_turning(model):
     u, w, pitch = 20.0, 3.0, 0.25
     matrix = derivatives.state_matrix(bodies.free_body(
-        model.aircraft, velocity_B=np.array([u, 0.0, w]), pitch=pitch, throttle=0.0),
+        model.aircraft, velocity_B=np.array([u, 0.0, w]), pitch=pitch, throttle=0.0,
+        density=DENSITY),
         np.zeros((6, 6)))
     expected = np.zeros((9, 9))
     expected[0, 4], expected[2, 4] = -w, u
@@ -220,7 +220,8 @@ def test_moments_go_through_the_product_of_inertia(model):
     loads = np.zeros((6, 6))
     loads[3, 1], loads[5, 1] = -3.0, 4.0
     matrix = derivatives.state_matrix(bodies.free_body(
-        model.aircraft, velocity_B=np.zeros(3), pitch=0.0, throttle=0.0), loads)
+        model.aircraft, velocity_B=np.zeros(3), pitch=0.0, throttle=0.0,
+        density=DENSITY), loads)
     ixx, izz, ixz = mass.inertia_B[0, 0], mass.inertia_B[2, 2], -mass.inertia_B[0, 2]
     both = ixx * izz - ixz ** 2
     assert ixz != 0.0
@@ -245,7 +246,7 @@ def test_the_matrix_is_the_slope_of_the_equations_of_motion(model, added):
         aero = solver.steady(exact, onset, flown.controls.deflections, density=DENSITY,
                              delta0=flown.aero.strips.delta)
         load = np.concatenate([geometry_to_body(aero.force_G), geometry_to_body(aero.moment_G)]) \
-            + np.concatenate(thrust(model.aircraft, x[:3], flown.controls.throttle))
+            + wings.push(model.aircraft, x[:3], flown.controls.throttle).load
         change = rigid_body.acceleration(
             body, load, mass=mass.mass, inertia_B=mass.inertia_B, inverse=inverse)
         turn = 1e-6 * quaternion_rate(q_NB, x[3:6])

@@ -24,7 +24,7 @@ from poststall_sim.aero.wash import Precision
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.fields import Fields
 from poststall_sim.frames import swap_ned_enu
-from poststall_sim.ros import declaration, messages, optional, process
+from poststall_sim.ros import declaration, engine_failures, messages, optional, process
 from poststall_sim.ros.commands import CommandDesk, OnTimeout
 from poststall_sim.ros.health import Health
 from poststall_sim.ros.inbox import Inbox
@@ -68,7 +68,8 @@ def flight_from_settings(settings: SimulatorSettings, progress) -> simulation.Fl
         aircraft, aero_settings(settings),
         airspeed=settings.initial_airspeed, altitude=settings.initial_altitude,
         wind_N=swap_ned_enu(np.array(settings.wind_velocity)),
-        dt=settings.dt or None, progress=progress)
+        dt=settings.dt or None, failed=engine_failures.names(settings.engine_failures),
+        progress=progress)
 
 
 class SimulatorNode(Node):
@@ -129,6 +130,7 @@ class SimulatorNode(Node):
             self.create_subscription(ClockMessage, topics.CLOCK.name, self._on_clock,
                                      messages.qos_profile(topics.CLOCK.qos))
         optional.open_services(self)
+        engine_failures.check(self, self.flight.model.aircraft)
         declaration.follow(self, self.settings, self._on_settings, aero_settings)
 
         # This node makes simulated time, so its timers must not wait for it.
@@ -151,10 +153,8 @@ class SimulatorNode(Node):
         if not self.settings.publish_clock:
             off = off | {Rate.CLOCK}
         for topic in topics.PUBLISHED:
-            if topic.rate in off:
+            if topic.rate in off or not topic.shown_by(self.layout):
                 continue
-            if topic is topics.JOINT_STATES and not self.layout.command_names:
-                continue   # nothing to move: its arrays would be empty
             if not messages.available(topic.type):
                 missing.setdefault(topic.type.partition('/')[0], []).append(topic.name)
                 continue
@@ -350,6 +350,7 @@ class SimulatorNode(Node):
                 health.following(self._follower, snapshot.time_ns, sources) if self.follows
                 else health.pace(self._pacer, self._waits_for()),
                 health.solver(snapshot),
+                health.engines(snapshot, self.flight.model.aircraft.engine_names),
                 health.commands(self.desk, snapshot.time_ns, self.settings.command_source,
                                 self.inbox.turns.repeated)])))
 
@@ -364,6 +365,7 @@ class SimulatorNode(Node):
             self._pacer.factor = settings.real_time_factor
             self._pacer.stop()
             self._wake_timer.timer_period_ns = round(self._wake_period() * 1e9)
+        self.flight.failed_engines = engine_failures.names(settings.engine_failures)
         if settings.decambering_enabled != before.decambering_enabled:
             self.flight.model = replace(self.flight.model, settings=aero_settings(settings))
             self.health.closure = settings.closure
