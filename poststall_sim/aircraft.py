@@ -96,7 +96,8 @@ class Surface:
     from its left tip to its right tip, a fin from root to tip. ``strips`` counts the whole
     surface, both sides; ``spacing_cosine`` crowds them towards the tips. ``edges``, where there
     are any, say where the strips end instead: shares of the (half) span from 0 to 1, each inner
-    section among them. ``flat`` panels lie in the plane of the leading edges and x, and twist
+    section among them; ``points``, one a strip, where between their ends the flow is tangent
+    (shares of the span too, else the middles). ``flat`` panels lie in the plane of the leading edges and x, and twist
     turns their normals only, as in AVL; else the chords themselves are turned.
     """
 
@@ -106,6 +107,7 @@ class Surface:
     symmetric: bool = False
     spacing_cosine: bool = False
     edges: tuple[float, ...] = ()
+    points: tuple[float, ...] = ()
     flat: bool = False
 
     def __post_init__(self) -> None:
@@ -136,7 +138,7 @@ class Surface:
         if self.symmetric and abs(self.sections[0].leading_edge_G[1]) > 1e-9:
             raise ConfigError(f'surface {self.name}: a symmetric surface starts at y = 0, got '
                               f'y = {self.sections[0].leading_edge_G[1]:g} m')
-        if self.edges:
+        if self.edges or self.points:
             self._require_edges()
 
     def _require_edges(self) -> None:
@@ -146,6 +148,10 @@ class Surface:
                 or not all(a < b for a, b in zip(self.edges, self.edges[1:])):
             raise ConfigError(f'surface {self.name}: strip edges must rise from 0 to 1 in '
                               f'{each + 1} numbers for {self.strips} strips')
+        if self.points and not (len(self.points) == each and all(
+                a < point < b for a, point, b in zip(self.edges, self.points, self.edges[1:]))):
+            raise ConfigError(f'surface {self.name}: strip points must be {each} numbers, one '
+                              'between the edges of each strip')
         for share in self.section_shares:
             if min(abs(share - edge) for edge in self.edges) > 1e-6:
                 raise ConfigError(f'surface {self.name}: the section at {share:.6g} of the span '
@@ -167,7 +173,8 @@ class Surface:
 
     def cut(self, strips: int) -> 'Surface':
         """Return the surface cut into another number of strips, by its spacing."""
-        return self if strips == self.strips else replace(self, strips=strips, edges=())
+        return self if strips == self.strips else replace(
+            self, strips=strips, edges=(), points=())
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -63,12 +63,12 @@ def aircraft(path: str | os.PathLike[str],
 
 def spaced(strips: int, spacing: float) -> FloatArray:
     """
-    Return strip edges (strips + 1,) from 0 to 1 by AVL's spacing parameter.
+    Return strip edges and between them control points (2 strips + 1,) from 0 to 1, as AVL has it.
 
     0 and +-3 are equal, +-1 cosine, 2 sine (close at the start), -2 close at the end, what lies
     between is mixed: AVL User Primer, `Spacing distributions`.
     """
-    share = np.linspace(0.0, 1.0, strips + 1)
+    share = np.linspace(0.0, 1.0, 2 * strips + 1)
     cosine = 0.5 - 0.5 * np.cos(math.pi * share)
     sine = 1.0 - np.cos(0.5 * math.pi * share) if spacing >= 0.0 else \
         np.sin(0.5 * math.pi * share)
@@ -79,12 +79,19 @@ def spaced(strips: int, spacing: float) -> FloatArray:
 
 
 def _matched(edges: FloatArray, sections: FloatArray, sheet: Sheet) -> FloatArray:
-    """Return edges stretched between the sections, so that each section is the edge next to it."""
-    nearest = [int(np.argmin(np.abs(edges - share))) for share in sections]
+    """Return `spaced` stretched so that each section is the edge that was next to it."""
+    nearest = [2 * int(np.argmin(np.abs(edges[::2] - share))) for share in sections]
     if len(set(nearest)) < len(nearest):
-        raise sheet.where.error(f'surface {sheet.name}: Nspan {len(edges) - 1} is too few for '
+        raise sheet.where.error(f'surface {sheet.name}: Nspan {sheet.strips} is too few for '
                                f'{len(sections)} sections')
     return np.interp(edges, edges[nearest], sections)
+
+
+def _cut(edges: FloatArray) -> dict[str, tuple[float, ...]]:
+    """Return strip edges and, unless they are in the middles, the points between them."""
+    ends, points = edges[::2], edges[1::2]
+    middles = np.allclose(points, 0.5 * (ends[1:] + ends[:-1]), rtol=0.0, atol=1e-12)
+    return {'edges': tuple(ends.tolist()), 'points': () if middles else tuple(points.tolist())}
 
 
 class _Reading:
@@ -158,7 +165,7 @@ class _Reading:
         name = self._surface_name(sheet.name)
         sections, places = self._sections(sheet)
         edges = self._strips(sheet, places)
-        flaps = avl_controls.flaps(sheet, sections, places, edges)
+        flaps = avl_controls.flaps(sheet, sections, places, edges[::2])
         plane = 0.0 if sheet.image is None and self.file.symmetry[0] else sheet.image
         ends = [sections[i].leading_edge_G[1] for i in (0, -1)]
         if plane is not None:
@@ -189,8 +196,8 @@ class _Reading:
         if backwards:
             sections, edges = sections[::-1], 1.0 - edges[::-1]
         self.moved += [(flap.control, flap.effector(name, 0, backwards)) for flap in flaps]
-        return sheet.where.build(Surface, name=name, sections=sections, strips=len(edges) - 1,
-                                 edges=tuple(edges.tolist()), flat=True)
+        return sheet.where.build(Surface, name=name, sections=sections, flat=True,
+                                 strips=len(edges) // 2, **_cut(edges))
 
     def _mirrored(self, sheet: Sheet, name: str, sections: Sections, edges: FloatArray,
                   flaps: list[Flap], backwards: bool) -> Surface:
@@ -205,8 +212,8 @@ class _Reading:
             self.moved += [(flap.control, flap.effector(name, side, backwards)),
                            (flap.control, flap.image().effector(name, -side, backwards))]
         return sheet.where.build(
-            Surface, name=name, sections=half, strips=2 * (len(edges) - 1), symmetric=True,
-            edges=tuple(edges.tolist()), flat=True)
+            Surface, name=name, sections=half, strips=len(edges) - 1, symmetric=True, flat=True,
+            **_cut(edges))
 
     def _sections(self, sheet: Sheet) -> tuple[tuple[Section, ...], FloatArray]:
         """Return the sections in the order of the file and their place along the span, 0..1."""
@@ -225,7 +232,7 @@ class _Reading:
         return sections, np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
 
     def _strips(self, sheet: Sheet, places: FloatArray) -> FloatArray:
-        """Return where strips end, 0..1 in the order of the file."""
+        """Return edges and points of the strips by turns, 0..1 in the order of the file."""
         if sheet.strips:
             edges = _matched(spaced(sheet.strips, sheet.spacing), places, sheet)
         elif all(station.strips for station in sheet.stations[:-1]):
@@ -236,7 +243,7 @@ class _Reading:
             self.assumptions.append(f'surface {sheet.name}: no Nspan, {_DEFAULT_STRIPS} strips '
                                     'between sections')
             return np.append(np.concatenate([
-                np.linspace(low, high, _DEFAULT_STRIPS, endpoint=False)
+                np.linspace(low, high, 2 * _DEFAULT_STRIPS, endpoint=False)
                 for low, high in zip(places, places[1:])]), 1.0)
         edges[0], edges[-1] = 0.0, 1.0
         return edges

@@ -175,6 +175,7 @@ def _surface(read: Reader, airfoils: Mapping[str, str]) -> Surface:
     incidence = read.number('incidence_deg', default=0.0, within=(-45, 45))
     return read.build(
         Surface, name=name, edges=read.numbers('strip_edges', default=[]),
+        points=read.numbers('strip_points', default=[]),
         flat=read.boolean('flat', default=False), strips=read.count('strips', at_most=1000),
         symmetric=read.boolean('symmetric'),
         spacing_cosine=read.choice('spacing', _SPACINGS, default='uniform'),

@@ -152,12 +152,14 @@ class _SurfaceMesh:
     """
     Corners (rows + 1, strips + 1, 3) of a surface's panels and its strip edges [m].
 
-    turn (strips,) : of the normals against the panels, nose-up [rad].
+    turn (strips,) : of the normals against the panels, nose-up [rad]; point (strips,) : where
+    between its ends a strip's flow is tangent, 0..1.
     """
 
     corners: FloatArray
     edges: FloatArray
     turn: FloatArray
+    point: FloatArray
     polars: list
 
 
@@ -196,7 +198,8 @@ def _mesh(surface: Surface, rows: int,
             sections_of[sections[i].airfoil], sections_of[sections[i + 1].airfoil],
             0.0 if sections[i].airfoil == sections[i + 1].airfoil
             else (middle - place[i]) / (place[i + 1] - place[i])))
-    return _SurfaceMesh((1.0 - share) * front + share * rear, edges, turn, along_strips)
+    return _SurfaceMesh((1.0 - share) * front + share * rear, edges, turn,
+                        stations.collocation_shares(surface), along_strips)
 
 
 def build(aircraft: Aircraft, rows: int) -> Lattice:
@@ -264,7 +267,9 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
     # left-front, right-front, right-rear, left-rear: circulation to starboard in front lifts.
     rings = np.stack([Z[:-1, :-1], Z[:-1, 1:], Z[1:, 1:], Z[1:, :-1]], axis=2)
     middle = 0.5 * (P[:, :-1] + P[:, 1:])
-    collocation = 0.25 * middle[:-1] + 0.75 * middle[1:]
+    at = mesh.point[:, None]
+    tangent = (1.0 - at) * P[:, :-1] + at * P[:, 1:]
+    collocation = 0.25 * tangent[:-1] + 0.75 * tangent[1:]
     # x aft crossed with the span, left to right, points to the suction side.
     cross = np.cross(P[1:, 1:] - P[:-1, :-1], P[:-1, 1:] - P[1:, :-1])
     normal = _unit(cross)
@@ -290,7 +295,7 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
     strip = grid.strips.start + np.arange(N)
     none = np.full(N, -1)
     span_edges = {
-        'vector': Z[:, 1:] - Z[:, :-1], 'middle': 0.5 * (Z[:, 1:] + Z[:, :-1]),
+        'vector': Z[:, 1:] - Z[:, :-1], 'middle': (1.0 - at) * Z[:, :-1] + at * Z[:, 1:],
         'plus': np.vstack([panel, none]), 'minus': np.vstack([none, panel]),
         'wake': np.vstack([np.full((M, N), -1), strip]),
         'strip': np.broadcast_to(strip[:, None], (M + 1, N, 2))}

@@ -56,3 +56,12 @@ def strip_edges(surface: Surface, place: list[float]) -> FloatArray:
     if symmetric:
         edges[:strips // 2] = total - edges[:strips // 2:-1]
     return edges
+
+
+def collocation_shares(surface: Surface) -> FloatArray:
+    """Return where between its left and right end (strips,) each strip's flow is tangent, 0..1."""
+    if not surface.points:
+        return np.full(surface.strips, 0.5)
+    edges = np.array(surface.edges)
+    share = (np.array(surface.points) - edges[:-1]) / np.diff(edges)
+    return np.concatenate([1.0 - share[::-1], share]) if surface.symmetric else share
