@@ -78,13 +78,12 @@ def spaced(strips: int, spacing: float) -> FloatArray:
     return (i + 1 - size) * known[i] + (size - i) * known[i + 1]
 
 
-def _matched(edges: FloatArray, sections: FloatArray, sheet: Sheet) -> FloatArray:
-    """Return `spaced` stretched so that each section is the edge that was next to it."""
-    nearest = [2 * int(np.argmin(np.abs(edges[::2] - share))) for share in sections]
+def stretched(cuts: FloatArray, sections: FloatArray) -> FloatArray | None:
+    """Return `spaced` stretched so that each section is the edge next to it, None if two are."""
+    nearest = [2 * int(np.argmin(np.abs(cuts[::2] - share))) for share in sections]
     if len(set(nearest)) < len(nearest):
-        raise sheet.where.error(f'surface {sheet.name}: Nspan {sheet.strips} is too few for '
-                               f'{len(sections)} sections')
-    return np.interp(edges, edges[nearest], sections)
+        return None
+    return np.interp(cuts, cuts[nearest], sections)
 
 
 def _cut(edges: FloatArray) -> dict[str, tuple[float, ...]]:
@@ -234,7 +233,11 @@ class _Reading:
     def _strips(self, sheet: Sheet, places: FloatArray) -> FloatArray:
         """Return edges and points of the strips by turns, 0..1 in the order of the file."""
         if sheet.strips:
-            edges = _matched(spaced(sheet.strips, sheet.spacing), places, sheet)
+            found = stretched(spaced(sheet.strips, sheet.spacing), places)
+            if found is None:
+                raise sheet.where.error(f'surface {sheet.name}: Nspan {sheet.strips} is too few '
+                                        f'for {len(places)} sections')
+            edges = found
         elif all(station.strips for station in sheet.stations[:-1]):
             parts = [low + (high - low) * spaced(station.strips, station.spacing)[:-1]
                      for low, high, station in zip(places, places[1:], sheet.stations)]
