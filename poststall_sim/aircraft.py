@@ -97,8 +97,8 @@ class Surface:
     surface, both sides; ``spacing_cosine`` crowds them towards the tips. ``edges``, where there
     are any, say where the strips end instead: shares of the (half) span from 0 to 1, each inner
     section among them; ``points``, one a strip, where between their ends the flow is tangent
-    (shares of the span too, else the middles). ``flat`` panels lie in the plane of the leading edges and x, and twist
-    turns their normals only, as in AVL; else the chords themselves are turned.
+    (shares of the span too, else the middles). ``flat`` panels lie in the plane of the leading
+    edges and x, and twist turns their normals only, as in AVL; else the chords are turned.
     """
 
     name: str

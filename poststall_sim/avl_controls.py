@@ -7,6 +7,7 @@ AVL turns a flap about its hinge vector by the right-hand rule, by default along
 the order of the sections; we say trailing edge down, on an upright surface trailing edge left.
 """
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -72,8 +73,9 @@ def flaps(sheet: Sheet, sections: Sequence[Section], places: FloatArray,
                 cuts = edges[(edges > cuts[0] - 1e-9) & (edges < cuts[1] + 1e-9)]
             for low, high in zip(cuts, cuts[1:]):
                 share = (0.5 * (low + high) - places[i]) / (places[i + 1] - places[i])
-                gain, place = (1.0 - share) * ends[0] + share * ends[1]
-                ours, mirror = _turn(hinge, place, sections[i], sections[i + 1])
+                gain = (1.0 - share) * ends[0, 0] + share * ends[1, 0]
+                place = between(ends[:, 1], [s.chord for s in sections[i:i + 2]], share)
+                ours, mirror = _turn(hinge, ends[:, 1], place, sections[i:i + 2])
                 if gain != 0.0:
                     found.append(Flap(
                         inner.where, as_control(hinge.name), float(low), float(high),
@@ -82,25 +84,40 @@ def flaps(sheet: Sheet, sections: Sequence[Section], places: FloatArray,
     return found
 
 
-def _turn(hinge: Hinge, place: float, inner: Section, outer: Section) -> tuple[float, float]:
+def between(places: Sequence[float], chords: Sequence[float], share: float) -> float:
+    """Return where on the chord a straight hinge line is that goes between two sections."""
+    if places[0] == places[1]:
+        return float(places[0])
+    inner, outer = (1.0 - share) * chords[0], share * chords[1]
+    return float((places[0] * inner + places[1] * outer) / (inner + outer))
+
+
+def _turn(hinge: Hinge, places: Sequence[float], place: float,
+          ends: Sequence[Section]) -> tuple[float, float]:
     """
     Return our gain for a unit of AVL's, and what of it its mirror image has.
 
-    Only what a turn does to the wash along x counts: with e the span's direction across x, h the
-    hinge vector and l the hinge line it is h . e over l . e, for our flaps turn about their lines.
+    places : of the hinge at both ends, place : here. Only what a turn does to
+    the wash along x counts: with e the span's direction across x, h the hinge vector and l the
+    line of our flap's hinge it is h . e over l . e.
     """
-    first, last = (np.array(s.leading_edge_G) + [place * s.chord, 0.0, 0.0]
-                   for s in (inner, outer))
-    line = (last - first) / np.linalg.norm(last - first)
-    across = np.array([0.0, line[1], line[2]])
+    line, across = hinge_line(ends, [place, place])
     vector = np.array(hinge.vector)
-    about = vector / np.linalg.norm(vector) if vector.any() else line
+    about = vector / np.linalg.norm(vector) if vector.any() else hinge_line(ends, places)[0]
     ratio = float(about @ across / (line @ across))
     normal = np.cross([1.0, 0.0, 0.0], across)
     # Positive for us does not depend on the order of the sections, as AVL's hinge line does.
     same = control_sign(normal)
     mirror = same * control_sign(normal * [1.0, -1.0, 1.0])
     return same * round(ratio, 14), mirror
+
+
+def hinge_line(ends: Sequence[Section], places: Sequence[float]) -> tuple[FloatArray, FloatArray]:
+    """Return unit vectors along a hinge between two sections, and along the span across x."""
+    first, last = (np.array(s.leading_edge_G) + [place * s.chord, 0.0, 0.0]
+                   for s, place in zip(ends, places))
+    line = (last - first) / np.linalg.norm(last - first)
+    return line, np.array([0.0, line[1], line[2]]) / math.hypot(line[1], line[2])
 
 
 def joined(effectors: Sequence[Effector]) -> tuple[Effector, ...]:

@@ -61,6 +61,7 @@ class Sheet:
     where: Place
     name: str
     rows: int
+    row_spacing: float
     strips: int
     spacing: float
     image: float | None
@@ -189,7 +190,7 @@ def _sheet(lines: _Lines) -> Sheet:
     lines.text('SURFACE')
     name = lines.text('the name of a surface')
     values = lines.numbers('Nchord Cspace', 1, 4) + [0.0] * 3
-    rows = lines.count(values[0], 'Nchord', 1000)
+    rows = lines.count(values[0], 'Nchord', 100)
     strips, spacing = lines.count(values[2], 'Nspan', 1000), values[3]
     image, scale, shift, incidence = None, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), 0.0
     drag: tuple[float, ...] = ()
@@ -218,8 +219,8 @@ def _sheet(lines: _Lines) -> Sheet:
             raise place.error(f'surface {name}: {keyword} {why}')
     if len(stations) < 2:
         raise where.error(f'surface {name}: needs at least 2 sections, got {len(stations)}')
-    return Sheet(where, name, rows, strips, spacing, image, scale, shift, incidence, drag,
-                 tuple(stations))
+    return Sheet(where, name, rows, values[1], strips, spacing, image, scale, shift, incidence,
+                 drag, tuple(stations))
 
 
 def _station(lines: _Lines) -> Station:

@@ -93,6 +93,15 @@ def _cut(edges: FloatArray) -> dict[str, tuple[float, ...]]:
     return {'edges': tuple(ends.tolist()), 'points': () if middles else tuple(points.tolist())}
 
 
+def _cosines(sheet: Sheet) -> list[float]:
+    """Return the cosine of the quarter chord's sweep at each section, the mean of both sides."""
+    quarter = np.array([np.add(station.leading_edge, [0.25 * station.chord, 0.0, 0.0])
+                        for station in sheet.stations]) * sheet.scale
+    steps = np.diff(quarter, axis=0)
+    cosine = np.hypot(steps[:, 1], steps[:, 2]) / np.linalg.norm(steps, axis=1)
+    return [float(np.mean(cosine[max(i - 1, 0):i + 1])) for i in range(len(quarter))]
+
+
 class _Reading:
     """One AVL file on its way into records; its lengths times ``length`` are metres."""
 
@@ -220,9 +229,9 @@ class _Reading:
         sections = tuple(station.where.build(
             Section, leading_edge_G=tuple(map(
                 float, np.array(station.leading_edge) * scale + shift)),
-            chord=station.chord * float(scale[0]), airfoil=self._airfoil(sheet, station),
+            chord=station.chord * float(scale[0]), airfoil=self._airfoil(sheet, station, cosine),
             twist=math.radians(station.incidence + sheet.incidence))
-            for station in sheet.stations)
+            for station, cosine in zip(sheet.stations, _cosines(sheet)))
         places = np.array([s.leading_edge_G[1:] for s in sections])
         steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
         if not steps.min() > 0.0:
@@ -251,28 +260,34 @@ class _Reading:
         edges[0], edges[-1] = 0.0, 1.0
         return edges
 
-    def _airfoil(self, sheet: Sheet, station: Station) -> str:
-        """Return the name of a section's curves, made when they are first asked for."""
+    def _airfoil(self, sheet: Sheet, station: Station, cosine: float) -> str:
+        """
+        Return the name of a section's curves, made when they are first asked for.
+
+        AVL's airfoils stand along x, ours across the quarter chord, of which cosine is that of
+        the sweep: there the same camber line is steeper.
+        """
         kind, what = station.airfoil
         drag = station.drag or sheet.drag or (self._constant_drag(),)
-        key = (kind, what, station.slope, drag)
+        key = (kind, what, station.slope, drag, sheet.rows, sheet.row_spacing,
+               cosine if kind != 'none' else 1.0)
         if key in self.known:
             return self.known[key]
+        base, points, line = 'flat', what, np.zeros_like
         if kind == 'NACA':
-            base, line = f'naca{what}', avl_sections.naca(what, station.where)
-        elif kind == 'none':
-            base, line = 'flat', np.zeros_like
-        else:
-            base, points = 'section', what
-            if kind == 'AFILE':
-                path = self.folder / what
-                base, points = as_name(Path(what).stem), avl_sections.coordinates(path)
+            base, points = f'naca{what}', avl_sections.naca(what, station.where)
+        elif kind == 'AFILE':
+            base = as_name(Path(what).stem)
+            points = avl_sections.coordinates(self.folder / what)
+        elif kind == 'AIRFOIL':
+            base = 'section'
+        if kind != 'none':
             line = avl_sections.camber(points, station.where)
         name, more = base, 2
         while name in self.airfoils:
             name, more = f'{base}_{more}', more + 1
-        self.airfoils[name] = avl_sections.section(
-            name, avl_sections.thin_airfoil(line), station.slope, drag)
+        flat = avl_sections.thin_airfoil(line, max(sheet.rows, 1), sheet.row_spacing)
+        self.airfoils[name] = avl_sections.section(name, flat.swept(cosine), station.slope, drag)
         self.known[key] = name
         return name
 

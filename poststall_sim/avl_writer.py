@@ -12,10 +12,10 @@ import re
 
 import numpy as np
 
-from poststall_sim import avl_sections
+from poststall_sim import avl_controls, avl_sections
 from poststall_sim.aero import polars, stations
 from poststall_sim.aero.polars import SectionPolar
-from poststall_sim.aircraft import Aircraft, ConfigError, Surface
+from poststall_sim.aircraft import Aircraft, ConfigError, Section, Surface
 from poststall_sim.avl_reader import spaced, stretched
 from poststall_sim.frames import FloatArray, control_sign
 from poststall_sim.reader import Place
@@ -58,12 +58,13 @@ def _surface(aircraft: Aircraft, surface: Surface, sections: dict[str, SectionPo
         if spacings is None:   # a section at every strip: any cut can be had so
             places = cuts[::2]
             spacings = _intervals(places, cuts)
+    hinges = {name: _hinges(name, surface, places, cuts, gain, hinge)
+              for name, (gain, hinge, _) in moved.items()}
     for i, share in enumerate(places):
-        lines += _section(surface, float(share), sections, spacings[i] if spacings else [1, 0.0])
-        for name, (gain, hinge, image) in moved.items():
-            ends = _at(name, i, places, cuts, gain, hinge)
-            if ends is not None:
-                lines += ['CONTROL', f'{name} {_row(*ends)} 0 0 0 {_row(image)}']
+        lines += _section(surface, float(share), sections, rows, spacings[i])
+        for name, at in hinges.items():
+            if i in at:
+                lines += ['CONTROL', f'{name} {at[i]} {_row(moved[name][2])}']
     return lines
 
 
@@ -150,53 +151,81 @@ def _with_ends(places: FloatArray, cuts: FloatArray, gain: FloatArray,
     return np.sort(np.concatenate([places, more]))
 
 
-def _at(name: str, i: int, places: FloatArray, cuts: FloatArray, gain: FloatArray,
-        hinge: FloatArray) -> FloatArray | None:
-    """Return gain and hinge of a control at a section, None where it is on neither side."""
-    middles = 0.5 * (cuts[2::2] + cuts[:-2:2])
-    found = []
-    for low, high in zip(places[max(i - 1, 0):i + 1], places[max(i - 1, 0) + 1:i + 2]):
-        under = (middles > low) & (middles < high)
-        if not gain[under].any():
-            continue
-        values = np.stack([gain[under], hinge[under]])
-        if np.ptp(values, axis=1).max() > 0.0:
-            line = np.polynomial.polynomial.polyfit(middles[under], values.T, 1)
-            found.append(line[0] + line[1] * places[i])
-        else:
-            found.append(values[:, 0])
-    if len(found) == 2 and np.abs(found[0] - found[1]).max() > 1e-6:
-        raise ConfigError(f'control {name}: AVL has no step of gain or hinge along a surface')
-    return found[0] if found else None
+def _hinges(name: str, surface: Surface, places: FloatArray, cuts: FloatArray, gain: FloatArray,
+            hinge: FloatArray) -> dict[int, str]:
+    """Return gain, Xhinge and XYZhvec of a control by the number of the section."""
+    for across in (False, True):
+        found: dict[int, list[FloatArray]] = {}
+        for i, (low, high) in enumerate(zip(places, places[1:])):
+            middles = 0.5 * (cuts[2::2] + cuts[:-2:2])
+            under = (middles > low) & (middles < high)
+            if gain[under].any():
+                ends = [_between(surface, float(x)) for x in (low, high)]
+                for k, at in enumerate(_at_ends(ends, (middles[under] - low) / (high - low),
+                                                gain[under], hinge[under], across)):
+                    found.setdefault(i + k, []).append(at)
+        if all(np.abs(at[0] - at[-1]).max() < 1e-6 for at in found.values()):
+            return {i: f'{_row(*at[-1][:2])} {_row(*at[-1][2:])}' for i, at in found.items()}
+    raise ConfigError(f'control {name}: AVL has no step of gain or hinge along surface '
+                      f'{surface.name}')
 
 
-def _section(surface: Surface, share: float, sections: dict[str, SectionPolar],
-             spacing: list) -> list[str]:
-    """Return a section where one is or between two, as lofting puts it."""
-    shares = np.array(surface.section_shares)
-    i = min(max(int(np.searchsorted(shares, share, side='right')) - 1, 0), len(shares) - 2)
-    part = (share - shares[i]) / (shares[i + 1] - shares[i])
+def _at_ends(ends: list[Section], middles: FloatArray, gain: FloatArray, hinge: FloatArray,
+             across: bool) -> list[FloatArray]:
+    """Return gain, Xhinge and XYZhvec (5,) at both ends of an interval, linear between them."""
+    places = hinge[[0, 0]]
+    if np.ptp(hinge) > 0.0:   # straight in space
+        chords = np.array([end.chord for end in ends])
+        places = _line(middles, hinge * (chords[0] + middles * (chords[1] - chords[0]))) / chords
+    about, level = avl_controls.hinge_line(ends, places)
+    about = level if across else about
+    ours = np.array([avl_controls.hinge_line(ends, [x, x])[0] @ level for x in hinge])
+    gains = _line(middles, gain * ours / (about @ level))
+    return [np.array([g, x, *(level if across else np.zeros(3))]) for g, x in zip(gains, places)]
+
+
+def _line(middles: FloatArray, values: FloatArray) -> FloatArray:
+    """Return a linear function's values at 0 and 1; a constant stays what it is."""
+    if np.ptp(values) <= 1e-14 * np.abs(values).max():
+        return values[[0, 0]]
+    rise = (values[-1] - values[0]) / (middles[-1] - middles[0])
+    return values[0] + rise * (np.array([0.0, 1.0]) - middles[0])
+
+
+def _between(surface: Surface, share: float) -> Section:
+    """Return a section where one is or between two, as lofting puts it; its nearest airfoil."""
+    i, part = _interval(surface, share)
     a, b = surface.sections[i:i + 2]
     place = (1.0 - part) * np.array(a.leading_edge_G) + part * np.array(b.leading_edge_G)
-    chord = (1.0 - part) * a.chord + part * b.chord
     twist = a.twist if a.twist == b.twist else math.atan2(
         *((1.0 - part) * a.chord * f(a.twist) + part * b.chord * f(b.twist)
           for f in (math.sin, math.cos)))
-    name = b.airfoil if part > 0.5 else a.airfoil
-    curve = sections[a.airfoil] if part == 0.0 or a.airfoil == b.airfoil else \
-        polars.mixture(sections[a.airfoil], sections[b.airfoil], part)
-    return ['SECTION', f'{_row(*place, chord, math.degrees(twist))} '
-            f'{spacing[0]} {spacing[1]:.17g}', *_airfoil(name, curve)]
+    return Section(tuple(map(float, place)), (1.0 - part) * a.chord + part * b.chord,
+                   b.airfoil if part > 0.5 else a.airfoil, twist)
 
 
-def _airfoil(name: str, curve: SectionPolar) -> list[str]:
+def _interval(surface: Surface, share: float) -> tuple[int, float]:
+    """Return the section that a place along the span is behind, and how far to the next."""
+    shares = surface.section_shares
+    i = min(max(int(np.searchsorted(shares, share, side='right')) - 1, 0), len(shares) - 2)
+    return i, (share - shares[i]) / (shares[i + 1] - shares[i])
+
+
+def _section(surface: Surface, share: float, sections: dict[str, SectionPolar], rows: int,
+             spacing: list) -> list[str]:
+    at, (i, part) = _between(surface, share), _interval(surface, share)
+    a, b = (sections[s.airfoil] for s in surface.sections[i:i + 2])
+    return ['SECTION', f'{_row(*at.leading_edge_G, at.chord, math.degrees(at.twist))} '
+            f'{spacing[0]} {spacing[1]:.17g}',
+            *_airfoil(at.airfoil, polars.mixture(a, b, part), rows)]
+
+
+def _airfoil(name: str, curve: SectionPolar, rows: int) -> list[str]:
     """Return the camber line, slope and drag of a section's curves where they are attached."""
     at = curve.at(np.array([curve.zero_lift]))[0]
     lines: list[str] = []
-    digits = re.match(r'naca(\d{4,5})(?!\d)', name)
-    known = digits and avl_sections.thin_airfoil(
-        avl_sections.naca(digits[1], Place(name))).zero_lift
-    if digits and abs(known - curve.zero_lift) < 1e-6:
+    digits = re.match(r'naca(\d{4})(?!\d)', name)
+    if digits and _is_naca(digits[1], curve, rows):
         lines = ['NACA', digits[1]]
     elif abs(curve.zero_lift) > 1e-6 or abs(at[2]) > 1e-6:
         lines = ['AIRFOIL', *(_row(*point) for point in
@@ -209,3 +238,10 @@ def _airfoil(name: str, curve: SectionPolar) -> list[str]:
     if values[:, 1].max() > 0.0:
         lines += ['CDCL', _row(*values[:, :2].ravel())]
     return lines
+
+
+def _is_naca(digits: str, curve: SectionPolar, rows: int) -> bool:
+    """Tell whether curves named after a NACA section are those that its camber line gives."""
+    where = Place(digits)
+    line = avl_sections.camber(avl_sections.naca(digits, where), where)
+    return abs(avl_sections.thin_airfoil(line, rows).zero_lift - curve.zero_lift) < 1e-6

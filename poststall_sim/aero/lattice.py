@@ -47,7 +47,9 @@ class Lattice:
     flow puts on this ring.
 
     Strips (n): span_axis, chord_axis, strip_normal, quarter_chord (n, 3), strip_chord (normal to
-    the span axis), strip_width, strip_surface, span_place (along the span, for averaging),
+    the span axis), strip_width, moment_axis (n, 3) of a moment about the span axis: across the
+    chord, for a swept strip is cut along x, and so long that it has the whole along the span axis,
+    strip_surface, span_place (along the span, for averaging),
     polar_index into curves (k, 3, 2, grid); zero_lift, stall_high, stall_low (n,);
     te_panel (n,) the ring at the trailing edge, te_node (n,) left node in a row of wake nodes;
     mirror (n,) the strip across the plane y = 0, itself where there is none.
@@ -75,6 +77,7 @@ class Lattice:
     quarter_chord: FloatArray
     strip_chord: FloatArray
     strip_width: FloatArray
+    moment_axis: FloatArray
     strip_surface: np.ndarray
     span_place: FloatArray
     curves: FloatArray
@@ -291,6 +294,9 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
         t = np.cross(e, k)
         normal = np.broadcast_to(k, normal.shape)
 
+    across = np.cross(k, chordwise)
+    moment_axis = across / np.sum(across * e, axis=-1, keepdims=True)
+
     panel = grid.panels.start + np.arange(M * N).reshape(M, N)
     strip = grid.strips.start + np.arange(N)
     none = np.full(N, -1)
@@ -326,6 +332,7 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
         'quarter_chord': 0.5 * (quarter[1:] + quarter[:-1]),
         'strip_chord': area.sum(axis=0) / width,
         'strip_width': width,
+        'moment_axis': moment_axis,
         'strip_surface': np.full(N, number),
         'span_place': np.cumsum(width) - 0.5 * width,
         'te_panel': panel[-1].copy(),

@@ -127,7 +127,7 @@ def _result(model: Model, onset: Onset, boundary: Boundary, operating: Operating
     loads.section_force(
         density, operating.alpha, operating.speed, values[:, 1], values[:, 2],
         lattice.strip_chord, lattice.strip_width, lattice.chord_axis, lattice.strip_normal,
-        lattice.span_axis, model.quarter_arm, total)
+        lattice.moment_axis, model.quarter_arm, total)
     worst = float(np.abs(operating.residual).max())
     status = Status.CONVERGED if worst <= settings.tolerance else Status.NOT_CONVERGED
     if not (np.isfinite(total).all() and math.isfinite(worst)):
