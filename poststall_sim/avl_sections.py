@@ -129,21 +129,24 @@ def camber(points: Sequence[tuple[float, float]], where: Place) -> Slope:
     return lambda place: np.interp(place, 0.5 * (x[1:] + x[:-1]), np.diff(height) / np.diff(x))
 
 
-def outline(zero_lift: float, moment: float) -> list[tuple[float, float]]:
+def outline(line: ThinAirfoil, rows: int) -> list[tuple[float, float]]:
     """
-    Return an airfoil without thickness that has a zero-lift angle [rad] and a moment.
+    Return an airfoil without thickness that has a zero-lift angle and a moment on so many panels.
 
-    Its slope is A0 + A1 cos t + A2 cos 2t, x = (1 - cos t)/2, with A2 = 0 for a parabola and
-    the part of the moment that a parabola of this zero-lift angle has not: cm = -pi/4 (A1 - A2)
-    and alpha_0 = A0 - A1/2. A0 closes the line at the trailing edge.
+    A parabola and a cubic that both end where they begin; both enter linearly.
     """
-    # z(1) = 0: the integral of the slope times sin(t)/2 is A0 - A2/3.
-    a2 = (2.0 * zero_lift - 4.0 * moment / math.pi) / (2.0 / 3.0 - 1.0)
-    a1 = a2 - 4.0 * moment / math.pi
-    t = np.linspace(0.0, math.pi, 101)
-    height = 0.5 * (a2 / 3.0 * (1.0 - np.cos(t)) + 0.5 * a1 * np.sin(t) ** 2
-                    + a2 * ((1.0 - np.cos(3.0 * t)) / 6.0 - (1.0 - np.cos(t)) / 2.0))
-    points = np.column_stack([0.5 - 0.5 * np.cos(t), height])
+    x = 0.5 - 0.5 * np.cos(np.linspace(0.0, math.pi, 101))
+    heights = np.stack([x * (1.0 - x), x * (1.0 - x) * (1.0 - 2.0 * x)])
+    there = Place('camber line')
+    each = [thin_airfoil(camber(_doubled(x, height), there), rows) for height in heights]
+    parts = np.linalg.lstsq(np.array([[one.zero_lift, one.moment] for one in each]).T,
+                            np.array([line.zero_lift, line.moment]), rcond=None)[0]
+    return _doubled(x, parts @ heights)
+
+
+def _doubled(x: FloatArray, height: FloatArray) -> list[tuple[float, float]]:
+    """Return a line as an outline, to the nose and back."""
+    points = np.column_stack([x, height])
     return [tuple(map(float, point)) for point in np.vstack([points[:0:-1], points])]
 
 

@@ -17,6 +17,7 @@ from poststall_sim.aero import polars, stations
 from poststall_sim.aero.polars import SectionPolar
 from poststall_sim.aircraft import Aircraft, ConfigError, Section, Surface
 from poststall_sim.avl_reader import spaced, stretched
+from poststall_sim.avl_sections import ThinAirfoil
 from poststall_sim.frames import FloatArray, control_sign
 from poststall_sim.reader import Place
 
@@ -46,8 +47,8 @@ def _surface(aircraft: Aircraft, surface: Surface, sections: dict[str, SectionPo
     places = np.array(surface.section_shares)
     moved = {control.name: _moved(control, surface, cuts) for control in aircraft.controls
              if any(each.surface == surface.name for each in control.effectors)}
-    for gain, hinge, _ in moved.values():
-        places = _with_ends(places, cuts, gain, hinge)
+    for gain, _, _ in moved.values():
+        places = _with_ends(places, cuts, gain)
     whole = [sp for sp in _SPACINGS if _fits(_attempt(len(cuts) // 2, sp, places), cuts)]
     lines = ['SURFACE', surface.name, f'{rows} 0.0' + (
         f' {len(cuts) // 2} {whole[0]:.17g}' if whole else '')]
@@ -136,19 +137,12 @@ def _moved(control, surface: Surface, cuts: FloatArray) -> tuple[FloatArray, Flo
     return gain[1], hinge, float(image)
 
 
-def _with_ends(places: FloatArray, cuts: FloatArray, gain: FloatArray,
-               hinge: FloatArray) -> FloatArray:
-    """Return the sections' places with those where a control begins, ends or has a kink."""
-    edges, middles = cuts[::2], 0.5 * (cuts[2::2] + cuts[:-2:2])
-    values = np.stack([gain, hinge])
-    # A step in the value, or, on both sides of a strip, another slope.
-    slope = np.diff(values) / np.diff(middles)
+def _with_ends(places: FloatArray, cuts: FloatArray, gain: FloatArray) -> FloatArray:
+    """Return the sections' places with those where a control begins or ends."""
     there = gain != 0.0
-    ends = [edges[k + 1] for k in range(len(middles) - 1) if there[k] != there[k + 1]]
-    kinks = [edges[k + 1] for k in range(len(middles) - 2)
-             if there[k:k + 3].all() and np.abs(slope[:, k + 1] - slope[:, k]).max() > _SAME]
-    more = [x for x in (*ends, *kinks) if np.abs(places - x).min() > _SAME]
-    return np.sort(np.concatenate([places, more]))
+    ends = cuts[2:-1:2][there[1:] != there[:-1]]
+    return np.sort(np.concatenate(
+        [places, [x for x in ends if np.abs(places - x).min() > _SAME]]))
 
 
 def _hinges(name: str, surface: Surface, places: FloatArray, cuts: FloatArray, gain: FloatArray,
@@ -162,7 +156,7 @@ def _hinges(name: str, surface: Surface, places: FloatArray, cuts: FloatArray, g
             if gain[under].any():
                 ends = [_between(surface, float(x)) for x in (low, high)]
                 for k, at in enumerate(_at_ends(ends, (middles[under] - low) / (high - low),
-                                                gain[under], hinge[under], across)):
+                                                gain[under], hinge[under], across=across)):
                     found.setdefault(i + k, []).append(at)
         if all(np.abs(at[0] - at[-1]).max() < 1e-6 for at in found.values()):
             return {i: f'{_row(*at[-1][:2])} {_row(*at[-1][2:])}' for i, at in found.items()}
@@ -170,7 +164,7 @@ def _hinges(name: str, surface: Surface, places: FloatArray, cuts: FloatArray, g
                       f'{surface.name}')
 
 
-def _at_ends(ends: list[Section], middles: FloatArray, gain: FloatArray, hinge: FloatArray,
+def _at_ends(ends: list[Section], middles: FloatArray, gain: FloatArray, hinge: FloatArray, *,
              across: bool) -> list[FloatArray]:
     """Return gain, Xhinge and XYZhvec (5,) at both ends of an interval, linear between them."""
     places = hinge[[0, 0]]
@@ -185,11 +179,13 @@ def _at_ends(ends: list[Section], middles: FloatArray, gain: FloatArray, hinge: 
 
 
 def _line(middles: FloatArray, values: FloatArray) -> FloatArray:
-    """Return a linear function's values at 0 and 1; a constant stays what it is."""
-    if np.ptp(values) <= 1e-14 * np.abs(values).max():
+    """Return a linear function's values at 0 and 1, NaN if it is another function."""
+    if np.ptp(values) <= 1e-12 * np.abs(values).max():
         return values[[0, 0]]
     rise = (values[-1] - values[0]) / (middles[-1] - middles[0])
-    return values[0] + rise * (np.array([0.0, 1.0]) - middles[0])
+    straight = np.abs(values[0] + rise * (middles - middles[0]) - values).max() < _SAME
+    return values[0] + rise * (np.array([0.0, 1.0]) - middles[0]) if straight else \
+        np.full(2, math.nan)
 
 
 def _between(surface: Surface, share: float) -> Section:
@@ -217,19 +213,28 @@ def _section(surface: Surface, share: float, sections: dict[str, SectionPolar], 
     a, b = (sections[s.airfoil] for s in surface.sections[i:i + 2])
     return ['SECTION', f'{_row(*at.leading_edge_G, at.chord, math.degrees(at.twist))} '
             f'{spacing[0]} {spacing[1]:.17g}',
-            *_airfoil(at.airfoil, polars.mixture(a, b, part), rows)]
+            *_airfoil(at.airfoil, polars.mixture(a, b, part), _cosine(surface, share), rows)]
 
 
-def _airfoil(name: str, curve: SectionPolar, rows: int) -> list[str]:
+def _cosine(surface: Surface, share: float) -> float:
+    """Return the cosine of the quarter chord's sweep, the mean of both sides of a section."""
+    places = [np.add(s.leading_edge_G, [0.25 * s.chord, 0.0, 0.0]) for s in surface.sections]
+    beside = [_interval(surface, min(max(share + off, 0.0), 1.0))[0] for off in (-1e-9, 1e-9)]
+    steps = [places[i + 1] - places[i] for i in beside]
+    return float(np.mean([math.hypot(*step[1:]) / np.linalg.norm(step) for step in steps]))
+
+
+def _airfoil(name: str, curve: SectionPolar, cosine: float, rows: int) -> list[str]:
     """Return the camber line, slope and drag of a section's curves where they are attached."""
     at = curve.at(np.array([curve.zero_lift]))[0]
+    line = avl_sections.ThinAirfoil(curve.zero_lift, float(at[2])).swept(1.0 / cosine)
     lines: list[str] = []
     digits = re.match(r'naca(\d{4})(?!\d)', name)
-    if digits and _is_naca(digits[1], curve, rows):
+    if digits and _is_naca(digits[1], line, rows):
         lines = ['NACA', digits[1]]
-    elif abs(curve.zero_lift) > 1e-6 or abs(at[2]) > 1e-6:
+    elif abs(line.zero_lift) > 1e-6 or abs(at[2]) > 1e-6:
         lines = ['AIRFOIL', *(_row(*point) for point in
-                              avl_sections.outline(curve.zero_lift, float(at[2])))]
+                              avl_sections.outline(line, rows))]
     if abs(slope := at[3] / (2.0 * math.pi) - 1.0) > 1e-3:
         lines += ['CLAF', _row(1.0 + slope)]
     angles = curve.zero_lift + np.array([0.8 * (curve.stall_low - curve.zero_lift), 0.0,
@@ -240,8 +245,8 @@ def _airfoil(name: str, curve: SectionPolar, rows: int) -> list[str]:
     return lines
 
 
-def _is_naca(digits: str, curve: SectionPolar, rows: int) -> bool:
+def _is_naca(digits: str, flat: ThinAirfoil, rows: int) -> bool:
     """Tell whether curves named after a NACA section are those that its camber line gives."""
     where = Place(digits)
     line = avl_sections.camber(avl_sections.naca(digits, where), where)
-    return abs(avl_sections.thin_airfoil(line, rows).zero_lift - curve.zero_lift) < 1e-6
+    return abs(avl_sections.thin_airfoil(line, rows).zero_lift - flat.zero_lift) < 1e-6
