@@ -12,7 +12,7 @@ from poststall_sim import option_values as values
 from poststall_sim.aero import model as models
 
 Command = Callable[[str, str, str, str | None], argparse.ArgumentParser]
-"""Adds a command: its name, what it does, an example of its options, its default aircraft."""
+"""Adds a command: its name, what it does, an example, its default aircraft ('': it takes none)."""
 
 
 def add_options(command: argparse.ArgumentParser, *,
@@ -39,7 +39,11 @@ def add_options(command: argparse.ArgumentParser, *,
 def aircraft(arguments: argparse.Namespace):
     """Return the aircraft that the options name."""
     from poststall_sim import definition
-    return definition.aircraft(definition.find(definition.Kind.AIRCRAFT, arguments.aircraft))
+    defined = definition.aircraft(
+        definition.find(definition.Kind.AIRCRAFT, arguments.aircraft))
+    for assumption in defined.assumptions:
+        terminal.complain(f'{defined.name}: {assumption}')
+    return defined
 
 
 def model(arguments: argparse.Namespace):
