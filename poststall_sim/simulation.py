@@ -91,9 +91,11 @@ def begin(model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
           time_ns: int = 0) -> tuple[FlightState, Snapshot]:
     """Return the first state of a flight, on the steady wake of its onset."""
     controls = limited(model.aircraft, controls)
-    density = standard_air(body.altitude).density
+    air = standard_air(body.altitude)
+    density, onset = air.density, _onset(body, wind_N)
     flow, aero = solver.start(
-        model, _onset(body, wind_N), placement(model.aircraft, body), controls.deflections,
+        model.at(onset.airspeed, air.kinematic_viscosity, controls.deflections), onset,
+        placement(model.aircraft, body), controls.deflections,
         density=density, dt=dt_ns * 1e-9, delta0=delta0)
     motion = np.concatenate([body.velocity_B, body.rates_B])
     push = _thrust(model, body, controls, wind_N)
@@ -117,7 +119,8 @@ def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
     dt = dt_ns * 1e-9
     aircraft = model.aircraft
     controls = limited(aircraft, controls)
-    density = standard_air(state.body.altitude).density
+    air = standard_air(state.body.altitude)
+    density = air.density
     added, rigid = _inertia(model, density)
 
     guess = rigid_body.advance(state.body, state.load, state.load, dt, **rigid)
@@ -133,8 +136,10 @@ def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
 
         def drift_at(points_N: FloatArray) -> FloatArray:
             return dt * (gusts(time, points_N) - here)
+    onset = _onset(guess, wind_N, gust)
     flow, aero = solver.advance(
-        model, state.flow, _onset(guess, wind_N, gust), place, controls.deflections,
+        model.at(onset.airspeed, air.kinematic_viscosity, controls.deflections), state.flow,
+        onset, place, controls.deflections,
         density=density, dt=dt, drift_N=wind_N * dt, drift_at=drift_at)
     motion = np.concatenate([guess.velocity_B, guess.rates_B])
     # The same difference formula as dG/dt, so that the added mass cancels exactly.

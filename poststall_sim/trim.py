@@ -17,7 +17,7 @@ from poststall_sim.aero import solver
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.atmosphere import standard_air
+from poststall_sim.atmosphere import Air, standard_air
 from poststall_sim.frames import (
     GRAVITY,
     FloatArray,
@@ -40,10 +40,12 @@ PITCH_CONTROL = 'elevator'
 @dataclass(frozen=True, slots=True, eq=False)
 class Trim:
     """
-    A straight flight without acceleration, wings level.
+    A flight whose forces and moments balance, straight and wings level unless it says otherwise.
 
-    airspeed [m/s]; alpha, climb_angle [rad]; controls; residual (3,): X, Z over weight and M over
-    weight times chord; aero: the loads; status and message say whether it can be flown.
+    airspeed [m/s]; alpha, climb_angle [rad]; controls; residual : X, Z over weight and M over
+    weight times chord, (3,), or of all three axes, (6,), where sideways balances were asked for;
+    aero: the loads; status and message say whether it can be flown; beta, bank [rad]; turn_rate
+    of the heading, pull_rate of pitch beyond it [rad/s].
     """
 
     airspeed: float
@@ -54,23 +56,48 @@ class Trim:
     aero: AeroResult
     status: Status
     message: str
+    beta: float = 0.0
+    bank: float = 0.0
+    turn_rate: float = 0.0
+    pull_rate: float = 0.0
 
     @property
     def q_NB(self) -> FloatArray:
         """Attitude, heading north."""
-        return quaternion_from_euler(0.0, self.alpha + self.climb_angle, 0.0)
+        pitch = pitch_angle(self.alpha, self.beta, self.bank, self.climb_angle)
+        return quaternion_from_euler(self.bank, pitch, 0.0)
 
     @property
     def velocity_B(self) -> FloatArray:
         """Velocity through the air (3,) [m/s]."""
-        return velocity_from_flow_angles(self.airspeed, self.alpha, 0.0)
+        return velocity_from_flow_angles(self.airspeed, self.alpha, self.beta)
+
+    @property
+    def rates_B(self) -> FloatArray:
+        """Rates (3,) [rad/s]."""
+        return rotation(self.q_NB).T @ [0.0, 0.0, self.turn_rate] + [0.0, self.pull_rate, 0.0]
 
 
+def pitch_angle(alpha: float, beta: float, bank: float, climb_angle: float) -> float:
+    """
+    Return the pitch angle of a flight along a climb angle, all [rad].
+
+    The nearest where a bank or sideslip allows none: sin(climb) = a sin(pitch) - b cos(pitch),
+    Stevens & Lewis, Aircraft Control and Simulation, 2003, sec. 3.4.
+    """
+    a = math.cos(alpha) * math.cos(beta)
+    b = math.sin(bank) * math.sin(beta) + math.cos(bank) * math.sin(alpha) * math.cos(beta)
+    return math.asin(min(max(math.sin(climb_angle) / math.hypot(a, b), -1.0), 1.0)) \
+        + math.atan2(b, a)
+
+
+SPEED_LIMIT, SAME_SPEED = 30, 1e-9
+"""How often a glide's airspeed is put into its Reynolds numbers, and when that is enough."""
 TIGHT = 1e-9
 """Residual of the closure in a search: what it leaves must not pass for a change of balance."""
 
 
-def _tight(model: Model) -> Model:
+def tight(model: Model) -> Model:
     """Return the model with its closure solved as closely as a balance of `ACCEPTED` asks."""
     settings = replace(model.settings, tolerance=min(TIGHT, model.settings.tolerance))
     return replace(model, settings=settings)
@@ -84,12 +111,14 @@ def _elevator(model: Model) -> int:
     return names.index(PITCH_CONTROL)
 
 
-def _loads(model: Model, airspeed: float, alpha: float, elevator: float, density: float,
-           delta0: FloatArray | None) -> AeroResult:
+def _loads(model: Model, airspeed: float, alpha: float, elevator: float, air: Air,
+           delta0: FloatArray | None, curves_at: float | None = None) -> AeroResult:
+    """Return steady loads; curves_at : the airspeed of the section curves, if it is another."""
     deflections = np.zeros(len(model.aircraft.controls))
     deflections[_elevator(model)] = elevator
     onset = Onset(body_to_geometry(-velocity_from_flow_angles(airspeed, alpha, 0.0)), np.zeros(3))
-    return solver.steady(model, onset, deflections, density=density, delta0=delta0)
+    flown = model.at(curves_at or airspeed, air.kinematic_viscosity, deflections)
+    return solver.steady(flown, onset, deflections, density=air.density, delta0=delta0)
 
 
 def _finish(model: Model, airspeed: float, alpha: float, climb_angle: float, elevator: float,
@@ -140,8 +169,7 @@ def straight(model: Model, *, airspeed: float, altitude: float, climb_angle: flo
     Elevator and throttle balance an aircraft with engines; without, elevator and climb angle do.
     alpha0 [rad] is where the search starts: it chooses the branch where there are several.
     """
-    model = _tight(model)
-    density = standard_air(altitude).density
+    model, air = tight(model), standard_air(altitude)
     engines = bool(model.aircraft.engines)
     state = {'delta': None}
 
@@ -151,7 +179,7 @@ def straight(model: Model, *, airspeed: float, altitude: float, climb_angle: flo
 
     def imbalance(unknown: FloatArray) -> FloatArray:
         alpha, elevator, climb, throttle = flown(unknown)
-        aero = _loads(model, airspeed, alpha, elevator, density, state['delta'])
+        aero = _loads(model, airspeed, alpha, elevator, air, state['delta'])
         state['aero'], state['delta'] = aero, aero.strips.delta
         return _residual(model, airspeed, alpha, climb, throttle, aero)
 
@@ -170,15 +198,27 @@ def glide(model: Model, *, alpha: float, altitude: float,
     The elevator balances the pitching moment; then tan(climb_angle) = -CD / CL and the airspeed
     follows from the weight. delta0 (n,) carries the decambering of a neighbouring alpha along.
     """
-    model = _tight(model)
-    density = standard_air(altitude).density
+    model, air = tight(model), standard_air(altitude)
+    airspeed = 20.0
+    for _ in range(SPEED_LIMIT):
+        found = _glide(model, airspeed, alpha, air, delta0)
+        # Coefficients know nothing of the airspeed but the Reynolds number.
+        if model.lattice.tables is None or \
+                abs(found.airspeed - airspeed) < SAME_SPEED * airspeed:
+            break
+        airspeed, delta0 = found.airspeed, found.aero.strips.delta
+    return found
+
+
+def _glide(model: Model, trial_speed: float, alpha: float, air: Air,
+           delta0: FloatArray | None) -> Trim:
+    """Return the glide with the section curves of a trial speed [m/s], whatever the airspeed."""
     weight = model.aircraft.mass.mass * GRAVITY
     low, high = model.aircraft.controls[_elevator(model)].limits
-    trial_speed = 20.0
     state = {'delta': delta0}
 
     def pitching(elevator: float) -> float:
-        aero = _loads(model, trial_speed, alpha, elevator, density, state['delta'])
+        aero = _loads(model, trial_speed, alpha, elevator, air, state['delta'])
         state['aero'], state['delta'] = aero, aero.strips.delta
         return float(geometry_to_body(aero.moment_G)[1])
 
@@ -191,7 +231,7 @@ def glide(model: Model, *, alpha: float, altitude: float,
     stability = body_to_stability(geometry_to_body(state['aero'].force_G), alpha)
     lift, drag = -float(stability[2]), -float(stability[0])
     airspeed = trial_speed * math.sqrt(weight / math.hypot(lift, drag))
-    aero = _loads(model, airspeed, alpha, elevator, density, state['delta'])
+    aero = _loads(model, airspeed, alpha, elevator, air, state['delta'], trial_speed)
     return _finish(model, airspeed, alpha, -math.atan2(drag, lift), elevator, 0.0, aero)
 
 
@@ -206,15 +246,14 @@ def powered(model: Model, *, alpha: float, altitude: float, climb_angle: float =
     if not model.aircraft.engines:
         raise ConfigError(f'{model.aircraft.name} has no engine to hold a climb angle with')
     gliding = glide(model, alpha=alpha, altitude=altitude, delta0=delta0)
-    model = _tight(model)
-    density = standard_air(altitude).density
+    model, air = tight(model), standard_air(altitude)
     elevator0 = float(gliding.controls.deflections[_elevator(model)])
     state = {'delta': gliding.aero.strips.delta}
 
     def imbalance(unknown: FloatArray) -> FloatArray:
         share, elevator, throttle = (float(x) for x in unknown)
         airspeed = gliding.airspeed * share
-        aero = _loads(model, airspeed, alpha, elevator, density, state['delta'])
+        aero = _loads(model, airspeed, alpha, elevator, air, state['delta'])
         state['aero'], state['delta'] = aero, aero.strips.delta
         return _residual(model, airspeed, alpha, climb_angle, throttle, aero)
 

@@ -14,12 +14,18 @@ its tip); panels of a surface row by row from the leading edge, each row along t
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from poststall_sim.aero import polars, stations
-from poststall_sim.aircraft import Aircraft, ConfigError, Surface, read_only
+from poststall_sim.aero import polars, reynolds, stations
+from poststall_sim.aero.plate import (
+    behind,
+    flap_effectiveness,
+    flap_moment,
+    flat_plate_share,
+)
+from poststall_sim.aircraft import Aircraft, ConfigError, Surface
 from poststall_sim.controls import Control, Effector
 from poststall_sim.frames import FloatArray, control_sign
 
@@ -51,6 +57,7 @@ class Lattice:
     chord, for a swept strip is cut along x, and so long that it has the whole along the span axis,
     strip_surface, span_place (along the span, for averaging),
     polar_index into curves (k, 3, 2, grid); zero_lift, stall_high, stall_low (n,);
+    reynolds_range (n, 2) of the sections' tables and tables: see `reynolds.StripCurves`;
     te_panel (n,) the ring at the trailing edge, te_node (n,) left node in a row of wake nodes;
     mirror (n,) the strip across the plane y = 0, itself where there is none.
 
@@ -85,6 +92,8 @@ class Lattice:
     zero_lift: FloatArray
     stall_high: FloatArray
     stall_low: FloatArray
+    reynolds_range: FloatArray
+    tables: reynolds.Tables | None
     te_panel: np.ndarray
     te_node: np.ndarray
     mirror: np.ndarray
@@ -115,39 +124,18 @@ class Lattice:
         """Return the number of strips."""
         return len(self.strip_chord)
 
+    def at(self, airspeed: float, viscosity: float, deflections: FloatArray) -> 'Lattice':
+        """
+        Return it with the section curves that it flies; itself where sections have one table.
 
-def flat_plate_share(rows: int) -> FloatArray:
-    """
-    Return the circulation (rows,) of the rings of a two-dimensional plate, 1 at the last.
-
-    Rings carry the sum of the bound vortices ahead of them; the vortices at the quarter points
-    of equal panels under unit normalwash at the three-quarter points.
-    """
-    return np.cumsum(_plate_vortices(np.ones(rows))) / _plate_vortices(np.ones(rows)).sum()
-
-
-def flap_effectiveness(rows: int, hinge: float) -> float:
-    """
-    Return the lattice's own two-dimensional flap effectiveness -d(alpha_0L)/d(deflection).
-
-    Panels behind the hinge (share of the chord) turn whole, the panel cut by it by the share
-    of its chord behind it. Thin-airfoil theory is approached as rows grow.
-    """
-    return float(_plate_vortices(_behind(rows, hinge)).sum()
-                 / _plate_vortices(np.ones(rows)).sum())
-
-
-def _plate_vortices(normalwash: FloatArray) -> FloatArray:
-    """Return bound vortices (rows,) of a unit plate that cancel a normalwash (rows,)."""
-    rows = len(normalwash)
-    place = np.arange(rows) / rows
-    distance = (place + 0.75 / rows)[:, None] - (place + 0.25 / rows)[None, :]
-    return np.linalg.solve(1.0 / (2.0 * math.pi * distance), normalwash)
-
-
-def _behind(rows: int, hinge: float) -> FloatArray:
-    """Return the share (rows,) of each panel's chord that lies behind a hinge."""
-    return np.clip(np.arange(1, rows + 1) - hinge * rows, 0.0, 1.0)
+        airspeed [m/s], kinematic viscosity [m^2/s], deflections (controls,) [rad].
+        """
+        if self.tables is None:
+            return self
+        curves, landmarks = self.tables.at(
+            airspeed * self.tables.chord / viscosity, deflections)
+        return replace(self, curves=curves, **dict(zip(
+            reynolds.LANDMARKS, np.ascontiguousarray(landmarks[self.polar_index].T))))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,12 +151,11 @@ class _SurfaceMesh:
     edges: FloatArray
     turn: FloatArray
     point: FloatArray
-    polars: list
+    between: list[reynolds.Between]
 
 
-def _mesh(surface: Surface, rows: int,
-          sections_of: dict[str, polars.SectionPolar]) -> _SurfaceMesh:
-    """Return the panels' corners of a surface and the section curves along its strips."""
+def _mesh(surface: Surface, rows: int) -> _SurfaceMesh:
+    """Return the panels' corners of a surface and the sections that its strips lie between."""
     sections, place = stations.of_surface(surface)
     edges = stations.strip_edges(surface, place)
     leading = np.array([s.leading_edge_G for s in sections])
@@ -194,21 +181,18 @@ def _mesh(surface: Surface, rows: int,
         chord = np.array([s.chord for s in sections])
         turn = np.arctan2(np.interp(middles, place, chord * np.sin(twist)),
                           np.interp(middles, place, chord * np.cos(twist)))
-    along_strips = []
+    between = []
     for middle in middles:
         i = min(max(int(np.searchsorted(place, middle)) - 1, 0), len(sections) - 2)
-        along_strips.append(polars.mixture(
-            sections_of[sections[i].airfoil], sections_of[sections[i + 1].airfoil],
-            0.0 if sections[i].airfoil == sections[i + 1].airfoil
-            else (middle - place[i]) / (place[i + 1] - place[i])))
+        between.append((sections[i].airfoil, sections[i + 1].airfoil,
+                        (middle - place[i]) / (place[i + 1] - place[i])))
     return _SurfaceMesh((1.0 - share) * front + share * rear, edges, turn,
-                        stations.collocation_shares(surface), along_strips)
+                        stations.collocation_shares(surface), between)
 
 
 def build(aircraft: Aircraft, rows: int) -> Lattice:
     """Return the lattice of an aircraft with `rows` equal panels along every chord."""
-    sections_of = {a.name: polars.section_polar(a) for a in aircraft.airfoils}
-    meshes = [_mesh(surface, rows, sections_of) for surface in aircraft.surfaces]
+    meshes = [_mesh(surface, rows) for surface in aircraft.surfaces]
     grids, parts = [], []
     panel0 = strip0 = node0 = edge0 = 0
     for number, (surface, mesh) in enumerate(zip(aircraft.surfaces, meshes)):
@@ -222,28 +206,21 @@ def build(aircraft: Aircraft, rows: int) -> Lattice:
         node0, edge0 = grid.nodes.stop, grid.edges.stop
     arrays = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
 
-    distinct: list[polars.SectionPolar] = []
-    index = []
-    for mesh in meshes:
-        for polar in mesh.polars:
-            if not any(polar is known for known in distinct):
-                distinct.append(polar)
-            index.append(next(i for i, known in enumerate(distinct) if known is polar))
-    polar_index = np.array(index)
-    landmark = {
-        key: np.array([getattr(polar, key) for polar in distinct])[polar_index]
-        for key in ('zero_lift', 'stall_high', 'stall_low')}
-    flap_angle, flap_shift = _flaps(aircraft, grids, meshes, arrays, rows)
+    flap_angle, flap_turn, flap_shift, flap_cm = _flaps(aircraft, grids, meshes, arrays, rows)
+    flown = reynolds.strip_curves(
+        aircraft.airfoils, [each for mesh in meshes for each in mesh.between],
+        arrays['strip_chord'], flap_turn, flap_shift, flap_cm)
     mirror = _mirror(arrays['quarter_chord'], arrays['strip_chord'])
-    for array in (*arrays.values(), *landmark.values(), flap_angle, flap_shift, mirror):
+    for array in (*arrays.values(), flap_angle, flap_shift, mirror):
         array.setflags(write=False)
     return Lattice(
         grids=tuple(grids), mirror=mirror,
-        curves=read_only(np.stack([p.curve for p in distinct])), polar_index=polar_index,
+        curves=flown.curves, polar_index=flown.polar_index,
+        reynolds_range=flown.reynolds_range, tables=flown.tables,
         flap_angle=flap_angle, flap_shift=flap_shift,
         strip_names=tuple(f'{grid.name}_{i + 1}' for grid in grids
                           for i in range(grid.strips.stop - grid.strips.start)),
-        **landmark, **arrays)
+        **dict(zip(reynolds.LANDMARKS, flown.landmarks)), **arrays)
 
 
 def _mirror(place: FloatArray, chord: FloatArray) -> np.ndarray:
@@ -341,10 +318,11 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
 
 
 def _flaps(aircraft: Aircraft, grids: list[Grid], meshes: list[_SurfaceMesh],
-           arrays: dict[str, np.ndarray], rows: int) -> tuple[FloatArray, FloatArray]:
-    """Return flap_angle (controls, panels) and flap_shift (controls, strips) per unit angle."""
+           arrays: dict[str, np.ndarray], rows: int) -> tuple[FloatArray, ...]:
+    """Return per unit angle (controls, panels) turned, (controls, strips) turned, shift and cm."""
     angle = np.zeros((len(aircraft.controls), len(arrays['area'])))
     shift = np.zeros((len(aircraft.controls), len(arrays['strip_chord'])))
+    turned, moment = np.zeros_like(shift), np.zeros_like(shift)
     names = [grid.name for grid in grids]
     for c, control in enumerate(aircraft.controls):
         for effector in control.effectors:
@@ -353,10 +331,12 @@ def _flaps(aircraft: Aircraft, grids: list[Grid], meshes: list[_SurfaceMesh],
             covered = _covered(effector, aircraft.surfaces[s], meshes[s].edges)
             sign = np.array([control_sign(k) for k in arrays['strip_normal'][grid.strips]])
             turn = effector.gain * sign * covered * _hinge_turn(meshes[s].corners, effector.hinge)
-            angle[c, grid.panels] += np.outer(_behind(rows, effector.hinge), turn).ravel()
+            angle[c, grid.panels] += np.outer(behind(rows, effector.hinge), turn).ravel()
+            turned[c, grid.strips] += turn
+            moment[c, grid.strips] += turn * flap_moment(rows, effector.hinge)
             shift[c, grid.strips] += turn * flap_effectiveness(rows, effector.hinge)
         _require_effect(control, angle[c])
-    return angle, shift
+    return angle, turned, shift, moment
 
 
 def _hinge_turn(corners: FloatArray, hinge: float) -> FloatArray:

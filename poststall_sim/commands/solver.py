@@ -12,7 +12,7 @@ from poststall_sim import option_values as values
 from poststall_sim.aero import model as models
 
 Command = Callable[[str, str, str, str | None], argparse.ArgumentParser]
-"""Adds a command: its name, what it does, an example, its default aircraft ('': it takes none)."""
+"""Adds a command: its name, what it does, an example of its options, its default aircraft."""
 
 
 def add_options(command: argparse.ArgumentParser, *,
