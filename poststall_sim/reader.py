@@ -193,10 +193,10 @@ class Reader:
         """Return a list of so many numbers, each within the limits."""
         return self.where.key(key).vector(self._get(key, default), length, **limits)
 
-    def numbers(self, key: str) -> tuple[float, ...]:
-        """Return a list of finite numbers."""
-        values = self._list(key)
-        return self.where.key(key).vector(values, len(values))
+    def numbers(self, key: str, *, default: list[float] = _REQUIRED) -> tuple[float, ...]:
+        """Return a list of numbers, as many as there are."""
+        return tuple(self.where.key(key).item(i).number(item)
+                     for i, item in enumerate(self._list(key, default)))
 
     def rows(self, key: str, length: int) -> list[tuple[float, ...]]:
         """Return a list of lists of so many finite numbers each."""

@@ -61,9 +61,11 @@ def flight_from_settings(settings: SimulatorSettings, progress) -> simulation.Fl
     path = definition.find(definition.Kind.AIRCRAFT, settings.aircraft)
     progress(f'aircraft {path}')
     aircraft = definition.aircraft(path)
+    for assumption in aircraft.assumptions:
+        progress(f'assumed: {assumption}')
     if settings.uvlm_spanwise:
         aircraft = replace(aircraft, surfaces=tuple(
-            replace(surface, strips=settings.uvlm_spanwise) for surface in aircraft.surfaces))
+            surface.cut(settings.uvlm_spanwise) for surface in aircraft.surfaces))
     return simulation.start(
         aircraft, aero_settings(settings),
         airspeed=settings.initial_airspeed, altitude=settings.initial_altitude,
