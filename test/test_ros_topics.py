@@ -33,7 +33,7 @@ pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
 
 BEST_EFFORT = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-AVAILABLE = [topic for topic in topics.PUBLISHED if available(topic.type)]
+AVAILABLE = [topic for topic in topics.PUBLISHED if topic.common and available(topic.type)]
 
 
 def test_every_topic_has_its_type_quality_frame_and_rate(start, probe):

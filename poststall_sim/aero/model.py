@@ -44,7 +44,8 @@ class Settings:
     time, lag [chords] its time constant under LAG, relaxation and delay [chords] tau_1 and tau_2
     under GOMAN_KHRABROV, of the size identified for airfoils there; wake : its shape, free_rows
     that move in a free one, every so many steps, free_every; ground : flat, at altitude 0, felt
-    by its mirror image in unsteady flow.
+    by its mirror image in unsteady flow; axial_wake : straight wakes go along x, as AVL's do, not
+    with the flow, in steady flow.
     """
 
     chordwise: int = 4
@@ -71,6 +72,7 @@ class Settings:
     free_rows: int = 16
     free_every: int = 2
     ground: bool = False
+    axial_wake: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what cannot be computed."""
@@ -83,8 +85,9 @@ class Settings:
                 raise ConfigError(f'ell must be 0 to 10 chords, got {self.ell!r}')
         if not 0.0 < self.damping <= 1.0:
             raise ConfigError(f'damping must be above 0 and at most 1, got {self.damping!r}')
-        if self.unsteady and self.angle_form is AngleForm.LINEAR:
-            raise ConfigError('the linear angle form is for steady flow: set unsteady to False')
+        if self.unsteady and (self.angle_form is AngleForm.LINEAR or self.axial_wake):
+            raise ConfigError('the linear angle form and the axial wake are for steady flow: set '
+                              'unsteady to False')
         if self.separation is not Separation.QUASI_STEADY and not (
                 self.unsteady and self.decambering and self.closure is Closure.NONLOCAL):
             raise ConfigError(f'separation {self.separation.value} is for unsteady flow with the '

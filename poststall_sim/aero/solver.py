@@ -128,7 +128,7 @@ def _result(model: Model, onset: Onset, boundary: Boundary, operating: Operating
     loads.section_force(
         density, operating.alpha, operating.speed, values[:, 1], values[:, 2],
         lattice.strip_chord, lattice.strip_width, lattice.chord_axis, lattice.strip_normal,
-        lattice.span_axis, model.quarter_arm, total)
+        lattice.moment_axis, model.quarter_arm, total)
     aircraft = model.aircraft
     if aircraft.bodies:
         total += fuselage.load(aircraft.bodies, aircraft.mass.cg_G, onset.at, density)

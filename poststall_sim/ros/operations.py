@@ -114,12 +114,13 @@ class Operations:
         if on_ground:
             position_N = position_N - [0.0, 0.0, settings.initial_altitude]
         found = trims.straight(
-            flight.model, airspeed=settings.initial_airspeed, altitude=-float(position_N[2]))
+            flight.model, airspeed=settings.initial_airspeed, altitude=-float(position_N[2]),
+            failed=flight.failed_engines)
         if found.status is not Status.CONVERGED:
             raise ConfigError(f'no trim at {settings.initial_airspeed:g} m/s: {found.message}')
         if on_ground:
             heading = float(euler_from_quaternion(q_NB)[2])
-            q_NB = quaternion_from_euler(0.0, found.alpha + found.climb_angle, heading)
+            q_NB = quaternion_from_euler(found.bank, found.pitch, heading)
         wind_N = flight.weather.mean_N(-float(position_N[2]))
         flight.place(BodyState(
             position_N, found.velocity_B + rotation(q_NB).T @ wind_N, np.zeros(3), q_NB),
@@ -165,6 +166,7 @@ class Operations:
         except ConfigError as error:
             return False, str(error)
         loaded.gusts = node.flight.gusts
+        loaded.failed_engines = node.flight.failed_engines
         if node.follows or not node.settings.reset_time:
             loaded.set_time(node.flight.snapshot.time_ns)
         node.flight = loaded

@@ -114,6 +114,7 @@ class SimulatorSettings(JoySettings):
         Rate.STATE, 'pose, odom, wrench, air_data, joint_states and the like; 0 = off')
     rates_strips: float = rate_entry(Rate.STRIPS, 'strip_*; 0 = off')
     rates_wind: float = rate_entry(Rate.WIND, 'wind/applied; 0 = off')
+    rates_battery: float = rate_entry(Rate.BATTERY, 'battery, of electric engines; 0 = off')
     rates_tf: float = rate_entry(Rate.TF, '/tf, where tf2_msgs is installed; 0 = off')
     rates_views: float = rate_entry(Rate.VIEWS, 'markers and strips; 0 = off')
     rates_path: float = rate_entry(Rate.PATH, 'path; 0 = off')
@@ -130,6 +131,9 @@ class SimulatorSettings(JoySettings):
     initial_altitude: float = entry(
         'initial.altitude', 150.0, 'Altitude above the ground at which the flight starts [m]',
         low=0.1, high=20000.0)
+    engine_failures: str = entry(
+        'engine_failures', '', 'Names of engines that do not work, with commas between them',
+        writable=True)
     command_source: str = entry(
         'command.source', 'auto', 'Who flies; auto: the pilot while his commands are fresh, '
         'else the autopilot; sum: trim and what both add to it',

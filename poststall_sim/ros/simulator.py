@@ -23,7 +23,7 @@ from poststall_sim.aero.wake import Shape
 from poststall_sim.aero.wash import Precision
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.fields import Fields
-from poststall_sim.ros import declaration, messages, optional, process
+from poststall_sim.ros import declaration, engine_failures, messages, optional, process
 from poststall_sim.ros.air_settings import AirSettings
 from poststall_sim.ros.commands import CommandDesk, OnTimeout
 from poststall_sim.ros.declaration import Followed
@@ -63,14 +63,17 @@ def flight_from_settings(settings: SimulatorSettings, air: AirSettings,
     path = definition.find(definition.Kind.AIRCRAFT, settings.aircraft)
     progress(f'aircraft {path}')
     aircraft = definition.aircraft(path)
+    for assumption in aircraft.assumptions:
+        progress(f'assumed: {assumption}')
     if settings.uvlm_spanwise:
         aircraft = replace(aircraft, surfaces=tuple(
-            replace(surface, strips=settings.uvlm_spanwise) for surface in aircraft.surfaces))
+            surface.cut(settings.uvlm_spanwise) for surface in aircraft.surfaces))
     return simulation.start(
         aircraft, aero_settings(settings),
         airspeed=settings.initial_airspeed, altitude=settings.initial_altitude,
         atmosphere=air.atmosphere, weather=air.weather(settings.initial_altitude),
-        dt=settings.dt or None, progress=progress)
+        dt=settings.dt or None, failed=engine_failures.names(settings.engine_failures),
+        progress=progress)
 
 
 class SimulatorNode(Node):
@@ -132,6 +135,7 @@ class SimulatorNode(Node):
             self.create_subscription(ClockMessage, topics.CLOCK.name, self._on_clock,
                                      messages.qos_profile(topics.CLOCK.qos))
         optional.open_services(self)
+        engine_failures.check(self, self.flight.model.aircraft)
         declaration.follow(self, Followed(self.settings, self._on_settings, aero_settings),
                            Followed(self.air, self._on_air))
 
@@ -155,10 +159,8 @@ class SimulatorNode(Node):
         if not self.settings.publish_clock:
             off = off | {Rate.CLOCK}
         for topic in topics.PUBLISHED:
-            if topic.rate in off:
+            if topic.rate in off or not topic.shown_by(self.layout):
                 continue
-            if topic is topics.JOINT_STATES and not self.layout.command_names:
-                continue   # nothing to move: its arrays would be empty
             if not messages.available(topic.type):
                 missing.setdefault(topic.type.partition('/')[0], []).append(topic.name)
                 continue
@@ -355,6 +357,7 @@ class SimulatorNode(Node):
                 health.following(self._follower, snapshot.time_ns, sources) if self.follows
                 else health.pace(self._pacer, self._waits_for()),
                 health.solver(snapshot),
+                health.engines(snapshot, self.flight.model.aircraft.engine_names),
                 health.commands(self.desk, snapshot.time_ns, self.settings.command_source,
                                 self.inbox.turns.repeated)])))
 
@@ -369,6 +372,7 @@ class SimulatorNode(Node):
             self._pacer.factor = settings.real_time_factor
             self._pacer.stop()
             self._wake_timer.timer_period_ns = round(self._wake_period() * 1e9)
+        self.flight.failed_engines = engine_failures.names(settings.engine_failures)
         if settings.decambering_enabled != before.decambering_enabled:
             self.flight.model = replace(self.flight.model, settings=aero_settings(settings))
             self.health.closure = settings.closure

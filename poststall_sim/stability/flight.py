@@ -27,6 +27,8 @@ SHORTEST = 0.1
 """Least step, as a share of the time in which the aircraft flies a panel's length."""
 OWN = 0.1
 """A mode in which the body has less of a share is one of the wake, and left out."""
+RIGID = len(bodies.STATES)
+"""States of the airframe; shafts come after them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,7 +101,7 @@ def linearise(model: Model, trim: Trim, *, altitude: float,
         return Linearised(trim, {}, flow.condition, Status.NOT_CONVERGED,
                           f'at a fold of the decambering, condition {flow.condition:.1e}: there '
                           'is no derivative, the flow departs')
-    body = _body(model, trim)
+    body = _body(model, trim, altitude)
     return Linearised(
         trim, {each: motion.assemble(flow, body, model.aircraft.control_names, each,
                                      model.settings.lag) for each in decamberings},
@@ -110,10 +112,10 @@ def _flown(model: Model, trim: Trim, air: Air) -> Model:
     return model.at(trim.airspeed, air.kinematic_viscosity, trim.controls.deflections)
 
 
-def _body(model: Model, trim: Trim) -> bodies.Body:
+def _body(model: Model, trim: Trim, altitude: float) -> bodies.Body:
     return bodies.free_body(
-        model.aircraft, velocity_B=trim.velocity_B, pitch=trim.alpha + trim.climb_angle,
-        throttle=trim.controls.throttle)
+        model.aircraft, velocity_B=trim.velocity_B, pitch=trim.pitch, bank=trim.bank,
+        throttle=trim.controls.throttle, density=model.atmosphere.at(altitude).density)
 
 
 def flight_modes(model: Model, system: System, trim: Trim, decambering: Decambering,
@@ -134,14 +136,14 @@ def flight_modes(model: Model, system: System, trim: Trim, decambering: Decamber
     own = shares >= OWN
     shares, values = shares[own], found.eigenvalues[own]
     matrix = motion.quasi_steady(system)
-    plain = _classify(model, trim, *np.linalg.eig(matrix), np.ones(len(matrix)))
+    plain = _classify(model, trim, *_eigen(matrix))
     if branches:
         plain = tuple(modes.track(branches, plain))
 
     def share(mode: Mode) -> float:
         return float(shares[np.argmin(np.abs(values - mode.eigenvalue))])
 
-    lattice = _classify(model, trim, values, found.vectors[:, own], shares)
+    lattice = _classify(model, trim, values, found.vectors[:RIGID, own], shares)
     named = _named_after(plain, lattice, 1.0 - np.array([share(mode) for mode in lattice]))
     wake = sorted(named[len(plain):], key=lambda mode: -share(mode))
     named[len(plain):] = [replace(mode, name=f'wake {i}') for i, mode in enumerate(wake, 1)]
@@ -174,12 +176,22 @@ def quasi_steady_modes(model: Model, trim: Trim, *, altitude: float) -> FlightMo
     if found.status is not Status.CONVERGED:
         return FlightModes(trim, QUASI_STEADY, (), np.zeros(0), math.nan, found.status,
                            found.message)
-    matrix = derivatives.state_matrix(_body(model, trim), found.motion)
+    matrix = derivatives.state_matrix(_body(model, trim, altitude), found.motion)
     values, vectors = np.linalg.eig(matrix)
     error = np.linalg.norm(matrix @ vectors - vectors * values, axis=0)
-    named = _classify(model, trim, values, vectors, np.ones(len(values)))
+    named = _classify(model, trim, *_eigen(matrix))
     return FlightModes(trim, QUASI_STEADY, named, np.ones(len(named)),
                        float(error.max() / np.linalg.norm(matrix)), Status.CONVERGED, 'found')
+
+
+def _eigen(matrix: FloatArray) -> tuple[np.ndarray, np.ndarray, FloatArray]:
+    """Return eigenvalues, the airframe's part of the eigenvectors, and its share in each."""
+    values, vectors = np.linalg.eig(matrix)
+    shares = np.ones(len(values))
+    if len(values) > RIGID:   # shafts
+        factors = np.abs(np.linalg.pinv(vectors).T * vectors)
+        shares = factors[:RIGID].sum(axis=0) / factors.sum(axis=0)
+    return values, vectors[:RIGID], shares
 
 
 def _classify(model: Model, trim: Trim, eigenvalues: np.ndarray, vectors: np.ndarray,

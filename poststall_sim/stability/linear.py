@@ -372,7 +372,7 @@ def _section_loads(model: Model, density: float, boundary: Boundary, aero: AeroR
         loads.section_force(
             density, alpha[here], points.at_speed[here], cd[here], cm[here],
             lattice.strip_chord[here], lattice.strip_width[here], lattice.chord_axis[here],
-            lattice.strip_normal[here], lattice.span_axis[here], model.quarter_arm[here], total)
+            lattice.strip_normal[here], lattice.moment_axis[here], model.quarter_arm[here], total)
         return total
 
     out = np.zeros((6, points.alpha.shape[1]))
