@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from poststall_sim import (
+    air_reader,
     airfoil_reader,
     avl_reader,
     body_reader,
@@ -165,8 +166,10 @@ def scenario(path: str | os.PathLike[str]) -> Scenario:
     altitude = initial.number('altitude_m', above=0)
     initial.done()
     channels = read.mapping('channels', default={})
+    atmosphere, weather = air_reader.air(read.mapping('air', default={}), altitude)
     return read.build(
         Scenario, name=name, duration=duration, airspeed=airspeed, altitude=altitude,
+        atmosphere=atmosphere, weather=weather,
         channels=tuple(_channel(channels.mapping(key), key) for key in channels.names()))
 
 

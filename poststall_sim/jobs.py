@@ -18,12 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from poststall_sim import flight_file, topics
+from poststall_sim import envelope, flight_file, topics
 from poststall_sim import polar as polars
 from poststall_sim.aero.model import Model
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import (
     FloatArray,
     body_to_stability,
@@ -83,7 +82,7 @@ def polar(model: Model, flown: Sequence[Condition], *, airspeed: float, altitude
     All with the same deflections. random_starts : besides, count the distinct solutions that so
     many lead to.
     """
-    here = standard_air(altitude)
+    here = model.atmosphere.at(altitude)
     air = {'airspeed': airspeed, 'density': here.density}
     neutral = np.zeros(len(model.aircraft.controls))
     deflected = next((each.deflections for each in flown if each.deflections.size), neutral)
@@ -169,6 +168,7 @@ class FlightLog:
         self._deepest: Result = {'stalled_wing_strips': 0}
         self._depth = (0, 0.0)
         self._top = self._lost = 0.0
+        self._outside: dict[str, Result] = {}
         self.series: dict[str, list[float]] = {}
         self.add(flight.snapshot)
         self._steps_before = self._tally.steps
@@ -184,6 +184,12 @@ class FlightLog:
             self._deepest = {'stalled_wing_strips': stalled, 'time_s': snapshot.time,
                              'alpha_deg': math.degrees(snapshot.alpha),
                              'CL': self._lift(snapshot)}
+        for each in envelope.exceeded(snapshot, self._model):
+            noted = self._outside.setdefault(each.quantity, {
+                'from_s': snapshot.time, 'steps': 0, 'beyond': 0.0, 'worst': ''})
+            noted['steps'] += 1
+            if each.beyond > noted['beyond']:
+                noted.update(beyond=each.beyond, worst=each.text)
         if any(topic.rate is topics.Rate.STATE for topic in
                self._schedule.due(snapshot.time_ns)):
             for key, value in self._row(snapshot).items():
@@ -227,7 +233,10 @@ class FlightLog:
             'not_converged_steps': tally.statuses[Status.NOT_CONVERGED],
             'wing_strips': self._wing.stop - self._wing.start, 'deepest_stall': self._deepest,
             'stalled_strips_at_end': int(np.count_nonzero(flight.snapshot.strips.stalled)),
-            'altitude_lost_m': self._lost, 'ended_early': flight.paused_reason}
+            'altitude_lost_m': self._lost,
+            'outside_the_method': [{'quantity': name, **noted}
+                                   for name, noted in self._outside.items()],
+            'ended_early': flight.paused_reason}
 
 
 def model_area(model: Model, strips: slice) -> float:

@@ -27,7 +27,13 @@ ALTITUDE = (-500.0, 20_000.0)
 """Of steady flow [m]."""
 CLIMB = (-90.0, 90.0)
 """[deg]."""
+TEMPERATURE_OFFSET = (-80.0, 80.0)
+"""[K]."""
+QNH = (500.0, 1500.0)
+"""[hPa]."""
 _WIND = (-100.0, 100.0)
+_SEVERITIES = ('light', 'moderate', 'severe')
+_INTENSITY = (0.0, 100.0)
 
 
 def number(text: str) -> float:
@@ -204,3 +210,22 @@ def wind(text: str) -> np.ndarray:
         if complaint := refused(part, _WIND):
             raise argparse.ArgumentTypeError(f'each {complaint}')
     return np.array(parts)
+
+
+def turbulence(text: str) -> str | float:
+    """Return a level of turbulence by its name, or its vertical root mean square [m/s]."""
+    if text in _SEVERITIES:
+        return text
+    try:
+        return within(_INTENSITY)(text)
+    except argparse.ArgumentTypeError:
+        raise argparse.ArgumentTypeError(
+            f'expected {", ".join(_SEVERITIES)} or 0 to 100 m/s, got {text!r}') from None
+
+
+def gust(text: str) -> tuple[np.ndarray, float, float]:
+    """Return velocity (3,) east, north, up [m/s], length [m] and begin [m] of a gust."""
+    parts = text.split(':')
+    if len(parts) != 3:
+        raise argparse.ArgumentTypeError(f'expected E,N,U:LENGTH:BEGIN, got {text!r}')
+    return wind(parts[0]), positive(parts[1]), number(parts[2])

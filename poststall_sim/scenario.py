@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from poststall_sim.aircraft import ConfigError
+from poststall_sim.atmosphere import STANDARD, Atmosphere
+from poststall_sim.weather import CALM, Weather
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,13 +40,15 @@ class Channel:
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """A named flight: its length [s], where it starts, and the channels the pilot moves."""
+    """A named flight: its length [s], where it starts, what the pilot moves, in which air."""
 
     name: str
     duration: float
     airspeed: float
     altitude: float
     channels: tuple[Channel, ...] = ()
+    atmosphere: Atmosphere = STANDARD
+    weather: Weather = CALM
 
     def __post_init__(self) -> None:
         """Refuse a flight that takes no time or goes nowhere."""

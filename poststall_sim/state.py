@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from poststall_sim.aircraft import read_only
+from poststall_sim.atmosphere import Air
 from poststall_sim.frames import GRAVITY, FloatArray, rotation
 
 
@@ -129,8 +130,8 @@ class Snapshot:
     [m/s];
     acceleration_B : d(velocity)/dt seen from N, in B, gravity included [m/s^2];
     rate_change_B [rad/s^2]; load_factor : lift-wise specific force over g, 1 in level flight;
-    wind_N : velocity of the air, where it blows to [m/s]; iterations, max_residual and status
-    of the decambering.
+    wind_N : velocity of the air at the centre of gravity, where it blows to [m/s]; air : what it
+    is there; iterations, max_residual and status of the decambering.
     """
 
     time_ns: int
@@ -150,7 +151,7 @@ class Snapshot:
     thrust_moment_B: FloatArray
     engines: EngineReadings
     wind_N: FloatArray
-    density: float
+    air: Air
     strips: Strips
     iterations: int
     max_residual: float
@@ -160,6 +161,16 @@ class Snapshot:
     def time(self) -> float:
         """Simulated time [s]."""
         return self.time_ns * 1e-9
+
+    @property
+    def density(self) -> float:
+        """Density of the air [kg/m^3]."""
+        return self.air.density
+
+    @property
+    def mach(self) -> float:
+        """Mach number [-]."""
+        return self.airspeed / self.air.speed_of_sound
 
     @property
     def specific_force_B(self) -> FloatArray:

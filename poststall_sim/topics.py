@@ -276,7 +276,8 @@ PUBLISHED: tuple[Topic, ...] = (
     JOINT_STATES,
     BATTERY,
     Topic('wind/applied', 'geometry_msgs/msg/Vector3Stamped', Rate.WIND,
-          'velocity of the air in map, where it blows TO [m/s]', fields.wind),
+          'velocity of the air in map at base_link, gusts and turbulence included, where it blows '
+          'TO [m/s]', fields.wind),
     Topic('strip_cl', _ARRAY, Rate.STRIPS, 'section lift coefficients [-]', fields.strips('cl')),
     Topic('strip_alpha', _ARRAY, Rate.STRIPS,
           'angles of attack at which the sections work [rad]', fields.strips('alpha')),

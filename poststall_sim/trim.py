@@ -23,7 +23,7 @@ from poststall_sim.aero import solver
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.atmosphere import Air, standard_air
+from poststall_sim.atmosphere import Air
 from poststall_sim.engines import Propeller
 from poststall_sim.frames import (
     GRAVITY,
@@ -288,7 +288,7 @@ def straight(model: Model, *, airspeed: float, altitude: float, climb_angle: flo
     where there are several; failed : names of engines that do not work.
     """
     _elevator(model)
-    search = _Search(model, standard_air(altitude), failed, None)
+    search = _Search(model, model.atmosphere.at(altitude), failed, None)
     trial = search.trial(airspeed, alpha0, climb_angle)
     third = {'throttle': first_throttle(model, airspeed, search.air.density, failed)} \
         if set(model.aircraft.engine_names) - failed else {'climb_angle': -0.1}
@@ -315,7 +315,7 @@ def glide(model: Model, *, alpha: float, altitude: float,
 def _gliding(model: Model, alpha: float, altitude: float,
              delta0: FloatArray | None) -> tuple[_Search, Trim]:
     """Return the glide at an angle of attack [rad] without any engines."""
-    search = _Search(model, standard_air(altitude), ALL_WORK, delta0)
+    search = _Search(model, model.atmosphere.at(altitude), ALL_WORK, delta0)
     weight = model.aircraft.mass.mass * GRAVITY
     low, high = model.aircraft.controls[_elevator(model)].limits
     trial = search.trial(20.0, alpha)

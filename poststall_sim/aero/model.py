@@ -21,6 +21,7 @@ from poststall_sim.aero.separation import Separation
 from poststall_sim.aero.wake import Shape
 from poststall_sim.aero.wash import Felt, Precision, felt
 from poststall_sim.aircraft import Aircraft, ConfigError
+from poststall_sim.atmosphere import STANDARD, Atmosphere
 from poststall_sim.frames import FloatArray, geometry_to_body
 
 WAKE_CONE = math.radians(60.0)
@@ -115,7 +116,7 @@ DEFAULTS = Settings()
 @dataclass(frozen=True, slots=True, eq=False)
 class Model:
     """
-    An aircraft ready to be computed.
+    An aircraft ready to be computed, and the atmosphere it flies in.
 
     bound (p, p) : normalwash of unit rings on collocation points; bound_inverse; te_inverse (n,
     p) : circulation at the trailing edges per unit normalwash, each surface alone, with no wake;
@@ -143,6 +144,7 @@ class Model:
     collocation_arm: FloatArray
     edge_arm: FloatArray
     quarter_arm: FloatArray
+    atmosphere: Atmosphere = STANDARD
 
     @property
     def wake_length(self) -> float:
@@ -222,7 +224,8 @@ class StripResponse:
                        far_edges=far_velocity(lattice, self.direction))
 
 
-def build(aircraft: Aircraft, settings: Settings = DEFAULTS) -> Model:
+def build(aircraft: Aircraft, settings: Settings = DEFAULTS,
+          atmosphere: Atmosphere = STANDARD) -> Model:
     """Return the model of an aircraft: lattice, influence, averaging and added mass."""
     lattice = lattices.build(aircraft, settings.chordwise)
     if isinstance(settings.ell, tuple) and len(settings.ell) != len(lattice.grids):
@@ -272,7 +275,7 @@ def build(aircraft: Aircraft, settings: Settings = DEFAULTS) -> Model:
         Scheme.D: np.maximum(together, 0.3 * plate)}
     return Model(aircraft=aircraft, lattice=lattice, settings=settings,
                  felt=felt(lattice, settings.precision, settings.interpolate),
-                 trajectory=trajectory, **arrays)
+                 trajectory=trajectory, atmosphere=atmosphere, **arrays)
 
 
 def steady_response(bound: FloatArray, far: FloatArray, te_rows: FloatArray) -> FloatArray:

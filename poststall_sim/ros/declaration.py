@@ -5,7 +5,7 @@
 import array
 import dataclasses
 import difflib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar
 
 from rcl_interfaces.msg import (
@@ -72,39 +72,54 @@ def _declared(node: Node, kind: type[Settings], given: dict[str, Any]) -> Settin
     return kind(**values)
 
 
-def follow(node: Node, settings: Settings, changed: Callable[[Settings], None],
-           together: Callable[[Settings], Any] = lambda settings: None) -> None:
+@dataclasses.dataclass(frozen=True, slots=True)
+class Followed:
     """
-    Call ``changed`` with the new record whenever a writable parameter has been set.
+    A record of parameters, and what is called with the new record when one of them was set.
 
     together : raises `ConfigError` for values that do not go together; they are refused.
     """
-    kind = type(settings)
-    by_name = {field.metadata['name']: field for field in dataclasses.fields(kind)}
-    current = [settings]
 
-    def updated(parameters: list[Parameter]) -> dict[str, Any]:
-        return {by_name[p.name].name: _record_value(by_name[p.name], p.value)
-                for p in parameters if p.name in by_name}
+    settings: Any
+    changed: Callable[[Any], None]
+    together: Callable[[Any], Any] = lambda settings: None
+
+
+def follow(node: Node, *followed: Followed) -> None:
+    """
+    Call what is called for a record whenever a writable parameter of it has been set.
+
+    All records of a node at once: rclpy gives each of several functions that convert the
+    parameters the list that was asked for, and sets what all of them return.
+    """
+    current = [each.settings for each in followed]
+    by_name = {field.metadata['name']: (index, field) for index, settings in enumerate(current)
+               for field in dataclasses.fields(settings)}
+
+    def updated(parameters: list[Parameter]) -> Iterator[tuple[int, dict[str, Any]]]:
+        for index in range(len(current)):
+            values = {field.name: _record_value(field, p.value) for p in parameters
+                      for of, field in [by_name.get(p.name, (None, None))] if of == index}
+            if values:
+                yield index, values
 
     def convert(parameters: list[Parameter]) -> list[Parameter]:
-        return [Parameter(p.name, value=_number(by_name[p.name], p.value))
+        return [Parameter(p.name, value=_number(by_name[p.name][1], p.value))
                 if p.name in by_name and p.value is not None else p for p in parameters]
 
     def check(parameters: list[Parameter]) -> SetParametersResult:
         try:
-            values = updated(parameters)
-            _check(kind, values)
-            together(dataclasses.replace(current[0], **values))
+            for index, values in updated(parameters):
+                _check(type(current[index]), values)
+                followed[index].together(dataclasses.replace(current[index], **values))
         except ConfigError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def apply(parameters: list[Parameter]) -> None:
-        values = updated(parameters)
-        if values:
-            current[0] = dataclasses.replace(current[0], **values)
-            changed(current[0])
+        for index, values in updated(parameters):
+            current[index] = dataclasses.replace(current[index], **values)
+            followed[index].changed(current[index])
 
     node.add_pre_set_parameters_callback(convert)
     node.add_on_set_parameters_callback(check)

@@ -131,9 +131,6 @@ class SimulatorSettings(JoySettings):
     initial_altitude: float = entry(
         'initial.altitude', 150.0, 'Altitude above the ground at which the flight starts [m]',
         low=0.1, high=20000.0)
-    wind_velocity: tuple[float, ...] = entry(
-        'wind.velocity', (0.0, 0.0, 0.0), 'Velocity of the air, where it blows TO: east, north, '
-        'up [m/s]', low=-100.0, high=100.0, writable=True)
     engine_failures: str = entry(
         'engine_failures', '', 'Names of engines that do not work, with commas between them',
         writable=True)

@@ -15,7 +15,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-from poststall_sim import cdr, definition, simulation, topics
+from poststall_sim import cdr, definition, envelope, simulation, topics
 from poststall_sim.aero.decambering import Closure
 from poststall_sim.aero.model import Settings
 from poststall_sim.aero.separation import Separation
@@ -23,9 +23,10 @@ from poststall_sim.aero.wake import Shape
 from poststall_sim.aero.wash import Precision
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.fields import Fields
-from poststall_sim.frames import swap_ned_enu
 from poststall_sim.ros import declaration, engine_failures, messages, optional, process
+from poststall_sim.ros.air_settings import AirSettings
 from poststall_sim.ros.commands import CommandDesk, OnTimeout
+from poststall_sim.ros.declaration import Followed
 from poststall_sim.ros.health import Health
 from poststall_sim.ros.inbox import Inbox
 from poststall_sim.ros.operations import Operations
@@ -56,7 +57,8 @@ def aero_settings(settings: SimulatorSettings) -> Settings:
         decambering=settings.decambering_enabled)
 
 
-def flight_from_settings(settings: SimulatorSettings, progress) -> simulation.Flight:
+def flight_from_settings(settings: SimulatorSettings, air: AirSettings,
+                         progress) -> simulation.Flight:
     """Read the aircraft, build its model and trim it; ``progress`` hears what is being done."""
     path = definition.find(definition.Kind.AIRCRAFT, settings.aircraft)
     progress(f'aircraft {path}')
@@ -69,7 +71,7 @@ def flight_from_settings(settings: SimulatorSettings, progress) -> simulation.Fl
     return simulation.start(
         aircraft, aero_settings(settings),
         airspeed=settings.initial_airspeed, altitude=settings.initial_altitude,
-        wind_N=swap_ned_enu(np.array(settings.wind_velocity)),
+        atmosphere=air.atmosphere, weather=air.weather(settings.initial_altitude),
         dt=settings.dt or None, failed=engine_failures.names(settings.engine_failures),
         progress=progress)
 
@@ -83,17 +85,18 @@ class SimulatorNode(Node):
     It raises `ConfigError` for parameters or an aircraft that cannot be flown.
 
     What is heard comes by way of an `Inbox`, what is asked by `Operations`: they use ``flight``,
-    ``layout``, ``desk``, ``health``, ``settings``, ``paused``, ``follows`` and the methods.
+    ``layout``, ``desk``, ``health``, ``settings``, ``air``, ``paused``, ``follows``, the methods.
     """
 
     def __init__(self, **node_options: Any) -> None:
         super().__init__('simulator', **node_options)
-        self.settings, sensors = declaration.declare_all(
-            self, SimulatorSettings, SensorSettings)
+        self.settings, sensors, self.air = declaration.declare_all(
+            self, SimulatorSettings, SensorSettings, AirSettings)
         self.follows = declaration.fix_sim_time(self, source=self.settings.publish_clock)
         if self.follows and self.settings.lockstep != 'off':
             raise ConfigError('lockstep makes time and use_sim_time follows another: set one')
-        self.flight = flight_from_settings(self.settings, self.get_logger().info)
+        self.flight = flight_from_settings(
+            self.settings, self.air, self.get_logger().info)
         self.layout = topics.layout(
             self.flight, map_frame=self.settings.frames_map,
             base_frame=self.settings.base_frame)
@@ -133,7 +136,8 @@ class SimulatorNode(Node):
                                      messages.qos_profile(topics.CLOCK.qos))
         optional.open_services(self)
         engine_failures.check(self, self.flight.model.aircraft)
-        declaration.follow(self, self.settings, self._on_settings, aero_settings)
+        declaration.follow(self, Followed(self.settings, self._on_settings, aero_settings),
+                           Followed(self.air, self._on_air))
 
         # This node makes simulated time, so its timers must not wait for it.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -348,7 +352,8 @@ class SimulatorNode(Node):
         publisher.publish(messages.fill(message, topics.diagnostics_fields(
             snapshot.time_ns, self.flight.model.aircraft.name, [
                 health.flight(snapshot, paused=self.paused, reason=self.flight.paused_reason,
-                              clock=clock, clock_sources=sources, waits_for=self._waits_for()),
+                              clock=clock, clock_sources=sources, waits_for=self._waits_for(),
+                              outside=envelope.exceeded(snapshot, self.flight.model)),
                 health.following(self._follower, snapshot.time_ns, sources) if self.follows
                 else health.pace(self._pacer, self._waits_for()),
                 health.solver(snapshot),
@@ -371,8 +376,11 @@ class SimulatorNode(Node):
         if settings.decambering_enabled != before.decambering_enabled:
             self.flight.model = replace(self.flight.model, settings=aero_settings(settings))
             self.health.closure = settings.closure
-        if settings.wind_velocity != before.wind_velocity:
-            self.flight.wind_N = swap_ned_enu(np.array(settings.wind_velocity))
+
+    def _on_air(self, air: AirSettings) -> None:
+        before, self.air = self.air, air
+        self.flight.weather = replace(
+            self.flight.weather, **air.changes(before, self.settings.initial_altitude))
 
 
 def main(args: list[str] | None = None) -> int:
