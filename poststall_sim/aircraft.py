@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from poststall_sim.controls import Control
+from poststall_sim.controls import Control, Movable, movables
 from poststall_sim.engines import Engine
 from poststall_sim.frames import FloatArray
 from poststall_sim.records import ConfigError, read_only, require_positive
@@ -177,7 +177,11 @@ class Reference:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Aircraft:
-    """Everything that is needed to fly, and nothing that changes in flight."""
+    """
+    Everything that is needed to fly, and nothing that changes in flight.
+
+    movables, mixing : the parts that the controls move, see `controls.movables`.
+    """
 
     name: str
     surfaces: tuple[Surface, ...]
@@ -187,6 +191,8 @@ class Aircraft:
     controls: tuple[Control, ...] = ()
     engines: tuple[Engine, ...] = ()
     control_names: tuple[str, ...] = field(init=False)
+    movables: tuple[Movable, ...] = field(init=False)
+    mixing: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
         """Refuse names that point nowhere or twice."""
@@ -217,3 +223,7 @@ class Aircraft:
                                       'not symmetric, so it has no left or right side')
         object.__setattr__(
             self, 'control_names', tuple(control.name for control in self.controls))
+        parts, mixing = movables(
+            self.controls, [surface.name for surface in self.surfaces if surface.symmetric])
+        object.__setattr__(self, 'movables', parts)
+        object.__setattr__(self, 'mixing', mixing)

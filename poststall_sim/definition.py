@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from poststall_sim import control_reader, engine_reader
+from poststall_sim import control_reader, engine_reader, failure_reader
 from poststall_sim.aircraft import (
     Aircraft,
     Airfoil,
@@ -152,7 +152,8 @@ def scenario(path: str | os.PathLike[str]) -> Scenario:
     channels = read.mapping('channels', default={})
     return read.build(
         Scenario, name=name, duration=duration, airspeed=airspeed, altitude=altitude,
-        channels=tuple(_channel(channels.mapping(key), key) for key in channels.names()))
+        channels=tuple(_channel(channels.mapping(key), key) for key in channels.names()),
+        faults=tuple(failure_reader.fault(item) for item in read.mappings('failures', default=[])))
 
 
 def _airfoil(read: Reader, key: str, folder: Path) -> Airfoil:

@@ -10,12 +10,13 @@ itself is of second order where a step is a panel's way, and of first order in d
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
-from poststall_sim import rigid_body
+from poststall_sim import control_system, failures, rigid_body
 from poststall_sim import trim as trims
 from poststall_sim.aero import model as models
 from poststall_sim.aero import solver
@@ -24,6 +25,8 @@ from poststall_sim.aero.solver import AeroResult, FlowState
 from poststall_sim.aero.wake import Placement
 from poststall_sim.aircraft import Aircraft, ConfigError
 from poststall_sim.atmosphere import standard_air
+from poststall_sim.control_system import ControlState
+from poststall_sim.failures import Failed, Failure
 from poststall_sim.frames import (
     GRAVITY,
     FloatArray,
@@ -48,7 +51,8 @@ class FlightState:
     """
     Everything a step starts from.
 
-    load : (6,) aerodynamics and thrust in B with the added mass taken out [N, N m]; motion,
+    controls : as they stand, control_system : with all that moves them; load : (6,) aerodynamics
+    and thrust in B with the added mass taken out [N, N m]; motion,
     previous_motion : (6,) velocity and rates in B that the flow of this step and of the one
     before was computed with, for the added mass.
     """
@@ -56,6 +60,7 @@ class FlightState:
     time_ns: int
     body: BodyState
     controls: Controls
+    control_system: ControlState
     flow: FlowState
     load: FloatArray
     motion: FloatArray
@@ -87,36 +92,46 @@ def _onset(body: BodyState, wind_N: FloatArray,
 
 
 def begin(model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
-          wind_N: FloatArray = CALM, delta0: FloatArray | None = None,
+          wind_N: FloatArray = CALM, delta0: FloatArray | None = None, failed: Failed = (),
           time_ns: int = 0) -> tuple[FlightState, Snapshot]:
     """Return the first state of a flight, on the steady wake of its onset."""
-    controls = limited(model.aircraft, controls)
+    told = limited(model.aircraft, controls)
     density = standard_air(body.altitude).density
+    moved = control_system.at_rest(model, told.deflections, failed, dt_ns * 1e-9)
+    controls = Controls(control_system.shown(model, moved), told.throttle)
     flow, aero = solver.start(
-        model, _onset(body, wind_N), placement(model.aircraft, body), controls.deflections,
-        density=density, dt=dt_ns * 1e-9, delta0=delta0)
+        model, _onset(body, wind_N), placement(model.aircraft, body), told.deflections,
+        density=density, dt=dt_ns * 1e-9, delta0=delta0, angles=moved.angles)
+    moved = control_system.in_flow(model, moved, aero.strips.alpha)
     motion = np.concatenate([body.velocity_B, body.rates_B])
     push = _thrust(model, body, controls, wind_N)
     load = _load(aero) + push
-    state = FlightState(time_ns, body, controls, flow, load, motion, motion)
+    state = FlightState(time_ns, body, controls, moved, flow, load, motion, motion)
     added, rigid = _inertia(model, density)
     change = rigid_body.acceleration(body, load, **rigid)
     still = Controls(np.zeros_like(controls.deflections))
-    return state, _snapshot(model, state, still, aero, push, wind_N, change, -added @ change)
+    return state, _snapshot(model, state, told, still, np.zeros_like(moved.angles), aero, push,
+                            wind_N, change, -added @ change)
 
 
 def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
-         wind_N: FloatArray = CALM, gusts: Gusts | None = None) -> tuple[FlightState, Snapshot]:
+         wind_N: FloatArray = CALM, gusts: Gusts | None = None,
+         failed: Failed = ()) -> tuple[FlightState, Snapshot]:
     """
     Return state and snapshot one step later; nothing is changed in place.
 
-    controls are those of the step's end, limited here. gusts : what the air has more than wind_N
-    at a time and at places; the aircraft, its engines and its wake feel them. A value that is not
-    finite makes the snapshot's status DIVERGED; it is for the caller to go back to the old state.
+    controls are told throughout the step, limited here; without actuators they are where they are
+    told at its end. gusts : what the air has more than wind_N at a time and at places; the
+    aircraft, its engines and its wake feel them. failed : of each movable part. A value that is
+    not finite makes the snapshot's status DIVERGED; it is for the caller to go back to the old
+    state.
     """
     dt = dt_ns * 1e-9
     aircraft = model.aircraft
-    controls = limited(aircraft, controls)
+    told = limited(aircraft, controls)
+    control_state = control_system.advance(
+        model, state.control_system, told.deflections, failed, dt)
+    controls = Controls(control_system.shown(model, control_state), told.throttle)
     density = standard_air(state.body.altitude).density
     added, rigid = _inertia(model, density)
 
@@ -134,8 +149,10 @@ def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
         def drift_at(points_N: FloatArray) -> FloatArray:
             return dt * (gusts(time, points_N) - here)
     flow, aero = solver.advance(
-        model, state.flow, _onset(guess, wind_N, gust), place, controls.deflections,
-        density=density, dt=dt, drift_N=wind_N * dt, drift_at=drift_at)
+        model, state.flow, _onset(guess, wind_N, gust), place, told.deflections,
+        density=density, dt=dt, drift_N=wind_N * dt, drift_at=drift_at,
+        angles=control_state.angles)
+    control_state = control_system.in_flow(model, control_state, aero.strips.alpha)
     motion = np.concatenate([guess.velocity_B, guess.rates_B])
     # The same difference formula as dG/dt, so that the added mass cancels exactly.
     rate = (3.0 * motion - 4.0 * state.motion + state.previous_motion) / (2.0 * dt)
@@ -143,11 +160,13 @@ def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
     load = _load(aero) + added @ rate + push
     body = rigid_body.advance(state.body, state.load, load, dt, **rigid)
 
-    new = FlightState(state.time_ns + dt_ns, body, controls, flow, load, motion, state.motion)
+    new = FlightState(state.time_ns + dt_ns, body, controls, control_state, flow, load, motion,
+                      state.motion)
     change = rigid_body.acceleration(body, load, **rigid)
     moved = Controls((controls.deflections - state.controls.deflections) / dt,
                      (controls.throttle - state.controls.throttle) / dt)
-    return new, _snapshot(model, new, moved, aero, push, wind_N, change,
+    turned = (control_state.angles - state.control_system.angles) / dt
+    return new, _snapshot(model, new, told, moved, turned, aero, push, wind_N, change,
                           added @ (rate - change))
 
 
@@ -168,9 +187,9 @@ def _thrust(model: Model, body: BodyState, controls: Controls, wind_N: FloatArra
         thrust(model.aircraft, _air_velocity(body, wind_N), controls.throttle))
 
 
-def _snapshot(model: Model, state: FlightState, control_rates: Controls, aero: AeroResult,
-              push: FloatArray, wind_N: FloatArray, change: FloatArray,
-              correction: FloatArray) -> Snapshot:
+def _snapshot(model: Model, state: FlightState, told: Controls, control_rates: Controls,
+              angle_rates: FloatArray, aero: AeroResult, push: FloatArray, wind_N: FloatArray,
+              change: FloatArray, correction: FloatArray) -> Snapshot:
     """
     Return what can be measured at a state.
 
@@ -188,7 +207,8 @@ def _snapshot(model: Model, state: FlightState, control_rates: Controls, aero: A
     specific = body_to_stability((aerodynamic + push)[:3], alpha) / model.aircraft.mass.mass
     return Snapshot(
         time_ns=state.time_ns, body=body, controls=state.controls,
-        control_rates=control_rates, velocity_air_B=air_B,
+        control_rates=control_rates, commanded=told, angles=state.control_system.angles,
+        angle_rates=angle_rates, velocity_air_B=air_B,
         airspeed=airspeed, alpha=alpha, beta=beta,
         acceleration_B=change[:3] + cross(body.rates_B, body.velocity_B),
         rate_change_B=change[3:], load_factor=-float(specific[2]) / GRAVITY,
@@ -203,7 +223,8 @@ class SavedFlight:
     """
     A flight at one instant, all that `Flight.resumed` needs to go on from it.
 
-    first : where and how fast through the air it began; delta0 : its decambering there.
+    first : where and how fast through the air it began; delta0 : its decambering there; failed :
+    see `failures.as_array`.
     """
 
     dt_ns: int
@@ -211,6 +232,7 @@ class SavedFlight:
     trim: Controls
     first: BodyState
     delta0: FloatArray | None
+    failed: FloatArray
     state: FlightState
     snapshot: Snapshot
     paused_reason: str | None
@@ -221,7 +243,8 @@ class Flight:
     A model in flight: the present state, and the one it can go back to.
 
     ``gusts`` may be set to what the air has more than the wind, from place to place and time to
-    time; it is not saved. ``paused_reason`` is None, or says why the flight does not go on: ground
+    time; it is not saved. ``failures`` by name of a part or a control may be set at any time, and
+    stay through a reset. ``paused_reason`` is None, or says why the flight does not go on: ground
     contact (flat ground at altitude 0; there is no landing gear) or divergence, with the last good
     state kept.
     """
@@ -234,10 +257,22 @@ class Flight:
         self.trim = limited(model.aircraft, controls)
         self.wind_N = np.array(wind_N, dtype=float)
         self.gusts: Gusts | None = None
+        self._failed: Failed = ()
+        self._failures: Mapping[str, Failure] = {}
         # Through the air: a reset in another wind is as trimmed as the start was.
         self._first = replace(body, velocity_B=_air_velocity(body, self.wind_N))
         self._delta0 = delta0
         self.reset(time_ns=0)
+
+    @property
+    def failures(self) -> Mapping[str, Failure]:
+        """What has failed, by name; set all of it at once, unknown names are refused."""
+        return MappingProxyType(dict(self._failures))
+
+    @failures.setter
+    def failures(self, by_name: Mapping[str, Failure]) -> None:
+        self._failed = failures.of_parts(self.model.aircraft, by_name)
+        self._failures = dict(by_name)
 
     def reset(self, time_ns: int | None = None) -> Snapshot:
         """Go back to the first place and airspeed with a fresh wake; time goes on unless given."""
@@ -247,7 +282,7 @@ class Flight:
         self.paused_reason: str | None = None
         self.state, self.snapshot = begin(
             self.model, body, self.trim, dt_ns=self.dt_ns, wind_N=self.wind_N,
-            delta0=self._delta0,
+            delta0=self._delta0, failed=self._failed,
             time_ns=self.snapshot.time_ns if time_ns is None else time_ns)
         return self.snapshot
 
@@ -259,7 +294,8 @@ class Flight:
         Raises `ConfigError`, with the flight as it was, where the loads there are not finite.
         """
         state, snapshot = begin(self.model, body, controls, dt_ns=self.dt_ns, wind_N=self.wind_N,
-                                delta0=delta0, time_ns=self.snapshot.time_ns)
+                                delta0=delta0, failed=self._failed,
+                                time_ns=self.snapshot.time_ns)
         if snapshot.status is Status.DIVERGED:
             raise ConfigError('the loads in this state are not finite')
         self.paused_reason = None
@@ -276,7 +312,8 @@ class Flight:
         flow = replace(self.state.flow, wake=self.state.flow.wake.alone())
         return SavedFlight(
             dt_ns=self.dt_ns, wind_N=self.wind_N.copy(), trim=self.trim, first=self._first,
-            delta0=self._delta0, state=replace(self.state, flow=flow), snapshot=self.snapshot,
+            delta0=self._delta0, failed=failures.as_array(self._failed),
+            state=replace(self.state, flow=flow), snapshot=self.snapshot,
             paused_reason=self.paused_reason)
 
     @classmethod
@@ -289,6 +326,8 @@ class Flight:
         # To the bit: what was added to the velocity and taken from it again is not.
         flight._first = saved.first
         flight.state, flight.snapshot = saved.state, saved.snapshot
+        flight._failed = failures.from_array(saved.failed)
+        flight._failures = failures.by_name(model.aircraft, flight._failed)
         flight.paused_reason = saved.paused_reason
         return flight
 
@@ -298,7 +337,7 @@ class Flight:
             return self.snapshot
         state, snapshot = step(
             self.model, self.state, controls, dt_ns=self.dt_ns, wind_N=self.wind_N,
-            gusts=self.gusts)
+            gusts=self.gusts, failed=self._failed)
         if snapshot.status is Status.DIVERGED:
             self.paused_reason = (f'diverged after {self.state.time_ns * 1e-9:.3f} s: a value '
                                   'is not finite; the last good state is kept')

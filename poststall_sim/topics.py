@@ -9,8 +9,9 @@ made from `PUBLISHED`; what the simulator hears stands in `inlets`, what a topic
 """
 
 import enum
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -75,6 +76,7 @@ def layout(flight, *, map_frame: str = 'map', base_frame: str = 'base_link') -> 
     arm_G = lattice.quarter_chord - np.array(aircraft.mass.cg_G)
     return Layout(
         control_names=tuple(aircraft.control_names),
+        movable_names=tuple(part.name for part in aircraft.movables),
         engines=bool(aircraft.engines),
         strip_names=tuple(lattice.strip_names),
         strip_place=frames.swap_body_flu(frames.geometry_to_body(arm_G)),
@@ -92,7 +94,9 @@ class Topic:
     name : relative to the node's namespace unless it starts with a slash; type : ROS name of
     the message; fields : snapshot and layout to plain fields, None where they take more than a
     snapshot (see `diagnostics_fields`, `views`, `instruments`); bulk : of so many elements that
-    it is written as bytes (see `cdr`) and not filled into a message.
+    it is written as bytes (see `cdr`) and not filled into a message; joints : the names in it,
+    None where it has no such names. Without any, an aircraft has no such topic: its arrays would
+    be empty.
     """
 
     name: str
@@ -102,6 +106,11 @@ class Topic:
     fields: Making | None = None
     qos: Qos = Qos()
     bulk: bool = False
+    joints: Callable[[Layout], tuple[str, ...]] | None = None
+
+    def of(self, layout: Layout) -> bool:
+        """Tell whether an aircraft of a layout has this topic."""
+        return self.joints is None or bool(self.joints(layout))
 
     @property
     def by_default(self) -> bool:
@@ -202,7 +211,22 @@ JOINT_STATES = Topic(
     f'actual deflections by name [rad], {THROTTLE} 0..1; velocity their rates [1/s]; effort is 0 '
     '(not computed)',
     lambda s, layout: joint_fields(s.time_ns, command_values(s.controls, layout),
-                                   command_values(s.control_rates, layout)))
+                                   command_values(s.control_rates, layout)),
+    joints=attrgetter('command_names'))
+JOINT_TARGETS = Topic(
+    'joint_targets', 'sensor_msgs/msg/JointState', Rate.STATE,
+    'what the controls are told, within their limits, by the names of joint_states [rad]; '
+    'velocity and effort are 0',
+    lambda s, layout: joint_fields(s.time_ns, command_values(s.commanded, layout)),
+    joints=attrgetter('command_names'))
+SURFACE_STATES = Topic(
+    'surface_states', 'sensor_msgs/msg/JointState', Rate.STATE,
+    'angles of the movable parts by name, trailing edge down (left) positive [rad], with what has '
+    'failed; velocity their rates [rad/s]; effort is 0',
+    lambda s, layout: joint_fields(
+        s.time_ns, dict(zip(layout.movable_names, s.angles.tolist())),
+        dict(zip(layout.movable_names, s.angle_rates.tolist()))),
+    joints=attrgetter('movable_names'))
 DIAGNOSTICS = Topic('/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', Rate.DIAGNOSTICS,
                     'real-time factor, lag, solver, commands: how the simulator does')
 MARKERS = Topic(
@@ -259,6 +283,8 @@ PUBLISHED: tuple[Topic, ...] = (
     Topic('air_data/load_factor', _FLOAT, Rate.STATE, 'load factor, 1 in level flight [-]',
           fields.number('load_factor')),
     JOINT_STATES,
+    JOINT_TARGETS,
+    SURFACE_STATES,
     Topic('wind/applied', 'geometry_msgs/msg/Vector3Stamped', Rate.WIND,
           'velocity of the air in map, where it blows TO [m/s]', fields.wind),
     Topic('strip_cl', _ARRAY, Rate.STRIPS, 'section lift coefficients [-]', fields.strips('cl')),

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 import wings
 
+from poststall_sim.aero import flaps
 from poststall_sim.aero import lattice as lattices
-from poststall_sim.aero.lattice import flap_effectiveness, flat_plate_share
+from poststall_sim.aero.flaps import flap_effectiveness, flat_plate_share
 from poststall_sim.aero.model import Settings, build
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.controls import Control, Effector
@@ -141,7 +142,7 @@ def test_place_along_the_span_counts_the_true_length():
 def test_flat_plate_lattice_carries_the_circulation_of_a_plate_with_any_number_of_rows():
     """James' theorem: vortices at 1/4, points at 3/4 of equal panels give pi c V exactly."""
     for rows in (1, 2, 5, 16):
-        vortices = lattices._plate_vortices(np.ones(rows))
+        vortices = flaps._plate_vortices(np.ones(rows))
         assert vortices.sum() == pytest.approx(math.pi, rel=1e-12)
         share = flat_plate_share(rows)
         assert share[-1] == pytest.approx(1.0, abs=1e-14) and np.all(np.diff(share) > 0.0)
@@ -181,7 +182,7 @@ def control(*effectors):
 
 def covered(flat):
     """Return the share of each strip that the only control covers, from what it shifts."""
-    return flat.flap_shift[0] / flap_effectiveness(flat.grids[0].rows, 0.75)
+    return (flat.mixing.T @ flat.shift)[0] / flap_effectiveness(flat.grids[0].rows, 0.75)
 
 
 def test_control_turns_strips_by_the_share_that_it_covers():
@@ -207,7 +208,7 @@ def test_side_and_gain_of_an_effector_pick_strips_and_sign():
     assert np.all(share[:2] == pytest.approx(0.5)) and np.all(share[-2:] == pytest.approx(-1.0))
     assert np.all(share[3:7] == 0.0)
     # Hinge at 3/4 of four rows: the last row turns whole, the others not at all.
-    turn = flat.flap_angle[0].reshape(4, 10)
+    turn = (flat.mixing.T @ flat.turn)[0].reshape(4, 10)
     assert np.all(turn[:3] == 0.0) and turn[3] == pytest.approx(share)
 
 
@@ -215,7 +216,7 @@ def test_panel_cut_by_the_hinge_turns_by_its_part_behind_it():
     """Hinge at 0.6 of four rows: 2/5 of the third panel lie ahead, so it turns by 3/5."""
     flat = lattice_of(fin(), controls=[Control('rudder', (-0.4, 0.4), (
         Effector('fin', hinge=0.6),))])
-    turn = flat.flap_angle[0].reshape(4, 4)
+    turn = (flat.mixing.T @ flat.turn)[0].reshape(4, 4)
     # Trailing edge left is towards the fin's normal, so its turn is nose-down: negative.
     expected = -np.array([0.0, 0.0, 0.6, 1.0])
     assert turn == pytest.approx(np.tile(expected[:, None], (1, 4)), abs=1e-12)

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from poststall_sim.aero import polars
+from poststall_sim.aero import flaps, polars
 from poststall_sim.aircraft import Aircraft, ConfigError, Section, Surface, read_only
-from poststall_sim.controls import Control, Effector
+from poststall_sim.controls import Movable
 from poststall_sim.frames import FloatArray, control_sign
 
 
@@ -48,7 +48,8 @@ class Lattice:
 
     Strips (n): span_axis, chord_axis, strip_normal, quarter_chord (n, 3), strip_chord (normal to
     the span axis), strip_width, strip_surface, span_place (along the span, for averaging),
-    polar_index into curves (k, 3, 2, grid); zero_lift, stall_high, stall_low (n,);
+    polar_index into curves (k, 3, 2, grid); zero_lift, stall_high, stall_low, separated_high,
+    separated_low (n,) see `SectionPolar`;
     te_panel (n,) the ring at the trailing edge, te_node (n,) left node in a row of wake nodes;
     mirror (n,) the strip across the plane y = 0, itself where there is none.
 
@@ -56,8 +57,11 @@ class Lattice:
     strength = G[edge_plus] - G[edge_minus] + Gw[edge_wake], -1 for none; edge_strip (s, 2)
     strips on both sides.
 
-    Controls (c): flap_angle (c, p) turn of a panel's normals and flap_shift (c, n) change of the
-    zero-lift angle, per unit deflection.
+    Movable parts (k), per unit angle of each: turn (k, p) of a panel's normals; for a flap shift
+    (k, n) of the zero-lift angle and load_moment (k, n) of the section's own moment coefficient,
+    see `flaps`; pivot (k, n) for an all-moving part, which turns the strip's chord with it.
+    floating (k, n) : angle at which a free part stands per angle of attack of the strips; travel
+    and stops (k, 2) [rad]; mixing (k, c) angles per unit deflection of the controls.
     """
 
     grids: tuple[Grid, ...]
@@ -91,8 +95,16 @@ class Lattice:
     edge_minus: np.ndarray
     edge_wake: np.ndarray
     edge_strip: np.ndarray
-    flap_angle: FloatArray
-    flap_shift: FloatArray
+    separated_high: FloatArray
+    separated_low: FloatArray
+    turn: FloatArray
+    shift: FloatArray
+    load_moment: FloatArray
+    pivot: FloatArray
+    floating: FloatArray
+    travel: FloatArray
+    mixing: FloatArray
+    stops: FloatArray
     strip_names: tuple[str, ...]
 
     @property
@@ -112,39 +124,25 @@ class Lattice:
         """Return the number of strips."""
         return len(self.strip_chord)
 
+    def angles(self, deflections: FloatArray) -> FloatArray:
+        """Return where deflections (c,) put the movable parts (k,), within their stops [rad]."""
+        asked = self.mixing @ deflections
+        return np.minimum(np.maximum(asked, self.stops[:, 0]), self.stops[:, 1])
 
-def flat_plate_share(rows: int) -> FloatArray:
-    """
-    Return the circulation (rows,) of the rings of a two-dimensional plate, 1 at the last.
+    def angle_rate(self, deflections: FloatArray) -> FloatArray:
+        """Return the derivative (k, c) of `angles`: a part that is at a stop stays there."""
+        asked = self.mixing @ deflections
+        free = (asked > self.stops[:, 0]) & (asked < self.stops[:, 1])
+        return self.mixing * free[:, None]
 
-    Rings carry the sum of the bound vortices ahead of them; the vortices at the quarter points
-    of equal panels under unit normalwash at the three-quarter points.
-    """
-    return np.cumsum(_plate_vortices(np.ones(rows))) / _plate_vortices(np.ones(rows)).sum()
+    def floating_angles(self, angles: FloatArray, alpha: FloatArray) -> FloatArray:
+        """
+        Return where the movable parts (k,) would float, within their travel [rad].
 
-
-def flap_effectiveness(rows: int, hinge: float) -> float:
-    """
-    Return the lattice's own two-dimensional flap effectiveness -d(alpha_0L)/d(deflection).
-
-    Panels behind the hinge (share of the chord) turn whole, the panel cut by it by the share
-    of its chord behind it. Thin-airfoil theory is approached as rows grow.
-    """
-    return float(_plate_vortices(_behind(rows, hinge)).sum()
-                 / _plate_vortices(np.ones(rows)).sum())
-
-
-def _plate_vortices(normalwash: FloatArray) -> FloatArray:
-    """Return bound vortices (rows,) of a unit plate that cancel a normalwash (rows,)."""
-    rows = len(normalwash)
-    place = np.arange(rows) / rows
-    distance = (place + 0.75 / rows)[:, None] - (place + 0.25 / rows)[None, :]
-    return np.linalg.solve(1.0 / (2.0 * math.pi * distance), normalwash)
-
-
-def _behind(rows: int, hinge: float) -> FloatArray:
-    """Return the share (rows,) of each panel's chord that lies behind a hinge."""
-    return np.clip(np.arange(1, rows + 1) - hinge * rows, 0.0, 1.0)
+        angles (k,) : of the parts now, alpha (n,) : at which their strips work [rad].
+        """
+        free = self.floating @ (alpha - angles @ self.pivot)
+        return np.minimum(np.maximum(free, self.travel[:, 0]), self.travel[:, 1])
 
 
 def _stations(surface: Surface) -> tuple[list[Section], list[float]]:
@@ -255,18 +253,17 @@ def build(aircraft: Aircraft, rows: int) -> Lattice:
     polar_index = np.array(index)
     landmark = {
         key: np.array([getattr(polar, key) for polar in distinct])[polar_index]
-        for key in ('zero_lift', 'stall_high', 'stall_low')}
-    flap_angle, flap_shift = _flaps(aircraft, grids, meshes, arrays, rows)
+        for key in ('zero_lift', 'stall_high', 'stall_low', 'separated_high', 'separated_low')}
+    movable = _movables(aircraft, grids, meshes, arrays, rows)
     mirror = _mirror(arrays['quarter_chord'], arrays['strip_chord'])
-    for array in (*arrays.values(), *landmark.values(), flap_angle, flap_shift, mirror):
+    for array in (*arrays.values(), *landmark.values(), *movable.values(), mirror):
         array.setflags(write=False)
     return Lattice(
         grids=tuple(grids), mirror=mirror,
         curves=read_only(np.stack([p.curve for p in distinct])), polar_index=polar_index,
-        flap_angle=flap_angle, flap_shift=flap_shift,
         strip_names=tuple(f'{grid.name}_{i + 1}' for grid in grids
                           for i in range(grid.strips.stop - grid.strips.start)),
-        **landmark, **arrays)
+        **landmark, **movable, **arrays)
 
 
 def _mirror(place: FloatArray, chord: FloatArray) -> np.ndarray:
@@ -334,7 +331,7 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
         'tangent': _unit(np.cross(e[None], normal)).reshape(-1, 3),
         'area': area.ravel(),
         'panel_strip': np.tile(strip, M),
-        'panel_share': np.repeat(flat_plate_share(M), N),
+        'panel_share': np.repeat(flaps.flat_plate_share(M), N),
         'wake_nodes': Z[-1].copy(),
         'span_axis': e, 'chord_axis': t, 'strip_normal': k,
         'quarter_chord': 0.5 * (quarter[1:] + quarter[:-1]),
@@ -347,40 +344,43 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
         **edges}
 
 
-def _flaps(aircraft: Aircraft, grids: list[Grid], meshes: list[_SurfaceMesh],
-           arrays: dict[str, np.ndarray], rows: int) -> tuple[FloatArray, FloatArray]:
-    """Return flap_angle (controls, panels) and flap_shift (controls, strips) per unit angle."""
-    angle = np.zeros((len(aircraft.controls), len(arrays['area'])))
-    shift = np.zeros((len(aircraft.controls), len(arrays['strip_chord'])))
+def _movables(aircraft: Aircraft, grids: list[Grid], meshes: list[_SurfaceMesh],
+              arrays: dict[str, np.ndarray], rows: int) -> dict[str, FloatArray]:
+    """Return what the movable parts do per unit angle, see `Lattice`."""
+    parts, panels, strips = aircraft.movables, len(arrays['area']), len(arrays['strip_chord'])
+    turn = np.zeros((len(parts), panels))
+    shift, load_moment, pivot, floating = np.zeros((4, len(parts), strips))
     names = [grid.name for grid in grids]
-    for c, control in enumerate(aircraft.controls):
-        for effector in control.effectors:
-            s = names.index(effector.surface)
-            grid = grids[s]
-            covered = _covered(effector, aircraft.surfaces[s], meshes[s].edges)
-            sign = np.array([control_sign(k) for k in arrays['strip_normal'][grid.strips]])
-            turn = effector.gain * sign * covered
-            angle[c, grid.panels] += np.outer(_behind(rows, effector.hinge), turn).ravel()
-            shift[c, grid.strips] += turn * flap_effectiveness(rows, effector.hinge)
-        _require_effect(control, angle[c])
-    return angle, shift
+    for k, part in enumerate(parts):
+        s = names.index(part.surface)
+        grid = grids[s]
+        sign = np.array([control_sign(each) for each in arrays['strip_normal'][grid.strips]])
+        turned = sign * _covered(part, aircraft.surfaces[s], meshes[s].edges)
+        turn[k, grid.panels] = np.outer(flaps.behind(rows, part.hinge), turned).ravel()
+        weights = turned * arrays['strip_width'][grid.strips]
+        floating[k, grid.strips] = -flaps.floating_ratio(part.hinge) * weights \
+            / np.abs(weights).sum()
+        if part.hinge == 0.0:
+            pivot[k, grid.strips] = turned
+        else:
+            shift[k, grid.strips] = turned * flaps.flap_effectiveness(rows, part.hinge)
+            load_moment[k, grid.strips] = turned * flaps.load_moment(rows, part.hinge)
+    for control, mixed in zip(aircraft.controls, aircraft.mixing.T):
+        if not np.any(mixed @ turn):
+            raise ConfigError(
+                f'control {control.name}: its effectors cancel or cover no strip')
+    return {'turn': turn, 'shift': shift, 'load_moment': load_moment, 'pivot': pivot,
+            'floating': floating, 'mixing': aircraft.mixing,
+            'travel': np.array([part.travel for part in parts]).reshape(-1, 2),
+            'stops': np.array([part.stops for part in parts]).reshape(-1, 2)}
 
 
-def _require_effect(control: Control, angle: FloatArray) -> None:
-    if not np.any(angle):
-        raise ConfigError(f'control {control.name}: its effectors cancel or cover no strip')
-
-
-def _covered(effector: Effector, surface: Surface, edges: FloatArray) -> FloatArray:
-    """Return the share (strips,) of each strip's width that an effector covers."""
+def _covered(part: Movable, surface: Surface, edges: FloatArray) -> FloatArray:
+    """Return the share (strips,) of each strip's width that a movable part covers."""
     if surface.symmetric:
         half = 0.5 * edges[-1]
-        ranges = [(half + side * half * effector.span[0], half + side * half * effector.span[1])
-                  for side in (-1, 1) if effector.side in (0, side)]
+        low, high = sorted(half + part.side * half * share for share in part.span)
     else:
-        ranges = [(edges[-1] * effector.span[0], edges[-1] * effector.span[1])]
-    share = np.zeros(len(edges) - 1)
-    for a, b in ranges:
-        low, high = min(a, b), max(a, b)
-        share += np.clip(np.minimum(edges[1:], high) - np.maximum(edges[:-1], low), 0.0, None)
+        low, high = (edges[-1] * share for share in part.span)
+    share = np.clip(np.minimum(edges[1:], high) - np.maximum(edges[:-1], low), 0.0, None)
     return share / np.diff(edges)

@@ -16,6 +16,7 @@ from numba import njit
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
+from poststall_sim.aero.flaps import LEFT
 from poststall_sim.aircraft import Airfoil, ConfigError
 from poststall_sim.frames import FloatArray
 
@@ -81,13 +82,16 @@ class SectionPolar:
     The curves of one airfoil, or of a mixture of two.
 
     curve : (3, 2, GRID + 1), see `section`; zero_lift, stall_high, stall_low : angles of zero,
-    greatest and least lift in the attached range [rad].
+    greatest and least lift in the attached range [rad]; separated_high, separated_low : past
+    these, where a quarter of the attached lift is left, infinite if it never is, see `flaps`.
     """
 
     curve: FloatArray
     zero_lift: float
     stall_high: float
     stall_low: float
+    separated_high: float
+    separated_low: float
 
     def at(self, alpha: FloatArray) -> FloatArray:
         """Return cl, cd, cm, dcl/dalpha, (..., 4), at angles [rad]."""
@@ -153,4 +157,13 @@ def _polar(curve: FloatArray, name: str) -> SectionPolar:
             return brentq(slope, low, high, xtol=1e-12)
         return angles[best]
 
-    return SectionPolar(curve, zero_lift, stall(1), stall(-1))
+    def separated(begin: float, side: int) -> float:
+        past = begin + side * np.linspace(0.0, math.pi / 2.0, 361)
+        attached = side * 2.0 * math.pi * np.sin(past - zero_lift)
+        left = side * np.array([cl(angle) for angle in past]) - LEFT * attached
+        below = np.flatnonzero(left <= 0.0)
+        return float(past[below[0]]) if below.size else side * math.inf
+
+    high, low = stall(1), stall(-1)
+    return SectionPolar(
+        curve, zero_lift, high, low, separated(high, 1), separated(low, -1))

@@ -5,6 +5,7 @@
 import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,11 @@ def add(command: Command) -> argparse.ArgumentParser:
     fly.add_argument('--wind', type=values.wind, metavar='E,N,U',
                      help='velocity of the air, where it blows to: east, north, up [m/s], as '
                      "the node's wind.velocity")
+    fly.add_argument('--fail', type=values.fault, action='append', default=[],
+                     metavar='NAME:KIND[=DEG][@S]',
+                     help='a part that fails, or all that a control moves, after so many seconds: '
+                     'elevator:stuck, rudder:stuck=-5@8, aileron_right:float, flap:lost; may be '
+                     "given again, and adds to the scenario's")
     fly.add_argument('--save', type=values.output, metavar='FILE',
                      help='write the flight as it ends, wake and all, to go on with later')
     fly.add_argument('--resume', type=Path, metavar='FILE',
@@ -69,6 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
     from poststall_sim.frames import swap_ned_enu
     scenario = definition.scenario(
         definition.find(definition.Kind.SCENARIO, arguments.scenario))
+    scenario = replace(scenario, faults=(*scenario.faults, *arguments.fail))
     duration = arguments.duration or scenario.duration
     airspeed = arguments.airspeed or scenario.airspeed
     altitude = arguments.altitude or scenario.altitude
@@ -118,6 +125,7 @@ def run(arguments: argparse.Namespace) -> int:
              f'CL {deepest["CL"]:.2f}'),
             ('stalled at the end', f'{summary["stalled_strips_at_end"]} strips'),
             ('altitude lost', f'{summary["altitude_lost_m"]:.1f} m'),
+            *([('failed', ', '.join(summary['failed']))] if summary['failed'] else []),
             *([('bag', bag)] if bag else []),
             *([('saved', arguments.save)] if arguments.save else [])))
     terminal.write_json(arguments.json, {

@@ -13,7 +13,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-from poststall_sim import cdr, definition, simulation, topics
+from poststall_sim import cdr, definition, failure_reader, simulation, topics
 from poststall_sim.aero.decambering import Closure
 from poststall_sim.aero.model import Settings
 from poststall_sim.aero.separation import Separation
@@ -22,7 +22,7 @@ from poststall_sim.aero.wash import Precision
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.fields import Fields
 from poststall_sim.frames import swap_ned_enu
-from poststall_sim.ros import declaration, messages, optional, process
+from poststall_sim.ros import declaration, messages, optional, process, surfaces
 from poststall_sim.ros.commands import CommandDesk, OnTimeout
 from poststall_sim.ros.health import Health
 from poststall_sim.ros.inbox import Inbox
@@ -42,8 +42,10 @@ def flight_from_settings(settings: SimulatorSettings, progress) -> simulation.Fl
     """Read the aircraft, build its model and trim it; ``progress`` hears what is being done."""
     path = definition.find(definition.Kind.AIRCRAFT, settings.aircraft)
     progress(f'aircraft {path}')
-    return simulation.start(
-        definition.aircraft(path),
+    aircraft = surfaces.with_actuators(definition.aircraft(path), settings)
+    failed = surfaces.failed(aircraft, settings)
+    flight = simulation.start(
+        aircraft,
         Settings(
             chordwise=settings.uvlm_chordwise,
             wake_length=settings.uvlm_wake_length or None, wake=Shape(settings.uvlm_wake),
@@ -58,6 +60,10 @@ def flight_from_settings(settings: SimulatorSettings, progress) -> simulation.Fl
         airspeed=settings.initial_airspeed, altitude=settings.initial_altitude,
         wind_N=swap_ned_enu(np.array(settings.wind_velocity)),
         dt=settings.dt or None, progress=progress)
+    if failed:
+        flight.failures = failed
+        flight.reset(time_ns=0)
+    return flight
 
 
 class SimulatorNode(Node):
@@ -119,7 +125,9 @@ class SimulatorNode(Node):
             self.create_subscription(ClockMessage, topics.CLOCK.name, self._on_clock,
                                      messages.qos_profile(topics.CLOCK.qos))
         optional.open_services(self)
-        declaration.follow(self, self.settings, self._on_settings)
+        declaration.follow(
+            self, self.settings, self._on_settings,
+            lambda settings: surfaces.failed(self.flight.model.aircraft, settings))
 
         # This node makes simulated time, so its timers must not wait for it.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -144,8 +152,8 @@ class SimulatorNode(Node):
         for topic in topics.PUBLISHED:
             if topic.rate in off:
                 continue
-            if topic is topics.JOINT_STATES and not self.layout.command_names:
-                continue   # nothing to move: its arrays would be empty
+            if not topic.of(self.layout):
+                continue
             if not messages.available(topic.type):
                 missing.setdefault(topic.type.partition('/')[0], []).append(topic.name)
                 continue
@@ -326,6 +334,8 @@ class SimulatorNode(Node):
                 health.following(self._follower, snapshot.time_ns, sources) if self.follows
                 else health.pace(self._pacer, self._waits_for()),
                 health.solver(snapshot),
+                health.controls(snapshot, self.layout,
+                                failure_reader.words(self.flight.failures)),
                 health.commands(self.desk, snapshot.time_ns, self.settings.command_source,
                                 self.inbox.turns.repeated)])))
 
@@ -342,6 +352,11 @@ class SimulatorNode(Node):
             self._wake_timer.timer_period_ns = round(self._wake_period() * 1e9)
         if settings.wind_velocity != before.wind_velocity:
             self.flight.wind_N = swap_ned_enu(np.array(settings.wind_velocity))
+        words = [word for word in settings.failures if word.strip()]
+        if words != failure_reader.words(self.flight.failures):   # else it has them from a file
+            self.flight.failures = surfaces.failed(self.flight.model.aircraft, settings)
+            self.get_logger().warning(
+                f'failed: {", ".join(words)}' if words else 'nothing fails any more')
 
 
 def main(args: list[str] | None = None) -> int:
