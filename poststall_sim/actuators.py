@@ -85,14 +85,14 @@ def at_rest(actuators: Sequence[Actuator], position: FloatArray, dt: float) -> A
                      np.tile(position, (max(waiting, default=0), 1)))
 
 
-def advance(actuators: Sequence[Actuator], limits: FloatArray, before: Actuation,
-            command: FloatArray, dt: float) -> Actuation:
+def advance(actuators: Sequence[Actuator], limits: Sequence[tuple[float, float]],
+            before: Actuation, command: FloatArray, dt: float) -> Actuation:
     """
     Return the actuators a step of dt [s] later.
 
-    command (c,) : within limits (c, 2) [rad], given at the beginning of the step and held.
+    command (c,) : within the limits [rad], given at the beginning of the step and held.
     """
-    if all(actuator == IDEAL for actuator in actuators):
+    if all(actuator is IDEAL or actuator == IDEAL for actuator in actuators):
         return Actuation(command, (command - before.position) / dt, before.pending)
     given = np.vstack([command, before.pending])
     position, rate = before.position.copy(), before.rate.copy()

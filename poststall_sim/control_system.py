@@ -39,9 +39,9 @@ def advance(model: Model, before: ControlState, command: FloatArray, failed: Fai
             dt: float) -> ControlState:
     """Return the controls a step later; command (c,) [rad] is within limits."""
     controls = model.aircraft.controls
-    limits = np.array([control.limits for control in controls]).reshape(-1, 2)
     actuation = actuators.advance(
-        [control.actuator for control in controls], limits, before.actuation, command, dt)
+        [control.actuator for control in controls], [control.limits for control in controls],
+        before.actuation, command, dt)
     return ControlState(actuation, failures.angles(
         failed, model.lattice.angles(actuation.position), before.angles, before.floating),
         before.floating)

@@ -132,6 +132,25 @@ def _residual(model: Model, airspeed: float, alpha: float, climb_angle: float, t
                      moment[1] / (weight * aircraft.reference.chord)])
 
 
+def _balanced(model: Model, airspeed: float, alpha: float, density: float,
+              state: dict) -> tuple[float, AeroResult]:
+    """Return the elevator that balances the pitching moment, or its better limit, and loads."""
+    low, high = model.aircraft.controls[_elevator(model)].limits
+
+    def pitching(elevator: float) -> float:
+        aero = _loads(model, airspeed, alpha, elevator, density, state['delta'])
+        state['aero'], state['delta'] = aero, aero.strips.delta
+        return float(geometry_to_body(aero.moment_G)[1])
+
+    at_low, at_high = pitching(low), pitching(high)
+    if at_low * at_high > 0.0:
+        elevator = low if abs(at_low) < abs(at_high) else high
+    else:
+        elevator = brentq(pitching, low, high, xtol=1e-13)
+    pitching(elevator)
+    return elevator, state['aero']
+
+
 def straight(model: Model, *, airspeed: float, altitude: float, climb_angle: float = 0.0,
              alpha0: float = math.radians(4.0)) -> Trim:
     """
@@ -155,7 +174,9 @@ def straight(model: Model, *, airspeed: float, altitude: float, climb_angle: flo
         state['aero'], state['delta'] = aero, aero.strips.delta
         return _residual(model, airspeed, alpha, climb, throttle, aero)
 
-    start = np.array([alpha0, 0.0, 0.3 if engines else -0.1])
+    # From where the moments balance: far beyond its limits an elevator stalls, and does nothing.
+    elevator0, _ = _balanced(model, airspeed, alpha0, density, state)
+    start = np.array([alpha0, elevator0, 0.3 if engines else -0.1])
     found = root(imbalance, start, method='hybr', tol=1e-12)
     imbalance(found.x)
     alpha, elevator, climb, throttle = flown(found.x)
@@ -173,22 +194,10 @@ def glide(model: Model, *, alpha: float, altitude: float,
     model = _tight(model)
     density = standard_air(altitude).density
     weight = model.aircraft.mass.mass * GRAVITY
-    low, high = model.aircraft.controls[_elevator(model)].limits
     trial_speed = 20.0
     state = {'delta': delta0}
-
-    def pitching(elevator: float) -> float:
-        aero = _loads(model, trial_speed, alpha, elevator, density, state['delta'])
-        state['aero'], state['delta'] = aero, aero.strips.delta
-        return float(geometry_to_body(aero.moment_G)[1])
-
-    at_low, at_high = pitching(low), pitching(high)
-    if at_low * at_high > 0.0:
-        elevator = low if abs(at_low) < abs(at_high) else high
-    else:
-        elevator = brentq(pitching, low, high, xtol=1e-13)
-    pitching(elevator)
-    stability = body_to_stability(geometry_to_body(state['aero'].force_G), alpha)
+    elevator, aero = _balanced(model, trial_speed, alpha, density, state)
+    stability = body_to_stability(geometry_to_body(aero.force_G), alpha)
     lift, drag = -float(stability[2]), -float(stability[0])
     airspeed = trial_speed * math.sqrt(weight / math.hypot(lift, drag))
     aero = _loads(model, airspeed, alpha, elevator, density, state['delta'])

@@ -12,7 +12,7 @@ from poststall_sim import actuators
 from poststall_sim.actuators import Actuator
 from poststall_sim.aircraft import ConfigError
 
-WIDE = np.array([[-10.0, 10.0]])
+WIDE = [(-10.0, 10.0)]
 
 
 def moved(actuator, command_at, dt, steps, *, limits=WIDE):
@@ -113,7 +113,7 @@ def test_actuator_that_overshoots_stops_at_the_limit_and_leaves_it_at_once():
     def command(t):
         return 0.5 if t < 0.3 - 1e-9 else 0.0
 
-    found = moved(actuator, command, 0.005, 80, limits=np.array([[-0.5, 0.5]]))[:, 0]
+    found = moved(actuator, command, 0.005, 80, limits=[(-0.5, 0.5)])[:, 0]
     assert found.max() == 0.5 and np.all(found[20:61] == 0.5)
     assert found[60:] == pytest.approx(0.5 - moved(actuator, told(0.5), 0.005, 20)[:, 0])
 
