@@ -40,6 +40,9 @@ extras['test'] = [
     'pytest>=7.4',
     'pytest-benchmark',
     'pytest-timeout',
+    'pytest-xdist',
+    # A second DDS, to talk to the nodes, where it has wheels; elsewhere its test is skipped.
+    'cyclonedds>=11,<12; sys_platform == "linux" and platform_machine == "x86_64"',
 ]
 # ruff's minor versions change what the selected rules report.
 extras['lint'] = ['import-linter>=2.1', 'ruff>=0.17,<0.18']

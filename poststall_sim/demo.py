@@ -230,7 +230,8 @@ def fly(options: argparse.Namespace, bag: Path) -> None:
         foreign = has_ros2_bag(env)
         if foreign:   # not --use-sim-time: it would wait for a simulated time above 0
             recorder = start('recorder', [
-                'ros2', 'bag', 'record', '--all', '--storage', 'mcap', '--output', str(bag)],
+                'ros2', 'bag', 'record', '--all', '--storage', 'mcap',
+                '--storage-preset-profile', 'zstd_fast', '--output', str(bag)],
                 ros2_environment(env))
         else:
             recorder = start('recorder', [

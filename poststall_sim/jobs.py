@@ -1,7 +1,7 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
 """
-The jobs of the command line: polars, trims and flights as plain results.
+The jobs of the command line: polars and flights as plain results.
 
 What is returned is what ``--json`` writes: dicts of numbers, angles in degrees, the unit in
 every key that has one. Lift and drag are in stability axes, side force and moments in body axes
@@ -20,7 +20,6 @@ import numpy as np
 
 from poststall_sim import failure_reader, failures, flight_file, topics
 from poststall_sim import polar as polars
-from poststall_sim import trim as trims
 from poststall_sim.aero.model import Model
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
@@ -36,7 +35,6 @@ from poststall_sim.polar import Condition
 from poststall_sim.scenario import Scenario
 from poststall_sim.simulation import Flight
 from poststall_sim.state import Controls, Snapshot, Status
-from poststall_sim.trim import Trim
 
 AXES = 'CL, CD: stability axes; CY, Cl, Cm, Cn: body axes, moments about the centre of gravity'
 
@@ -104,7 +102,8 @@ def _point(model: Model, found: polars.Point) -> Result:
     return {
         'alpha_deg': round(math.degrees(condition.alpha), 10),
         'beta_deg': round(math.degrees(condition.beta), 10), **asdict(found.coefficients),
-        **_how(aero), 'uniqueness': found.uniqueness if math.isfinite(found.uniqueness) else None,
+        **solved(aero),
+        'uniqueness': found.uniqueness if math.isfinite(found.uniqueness) else None,
         'flags': ['MAY_NOT_BE_UNIQUE'] if found.may_not_be_unique else [],
         'strips': strip_columns(model, aero)}
 
@@ -146,61 +145,11 @@ def given_starts(model: Model, flown: Sequence[Condition], path: Path) -> list[F
     return [deltas[np.argmin(np.abs(alphas - each.alpha))] for each in flown]
 
 
-def _how(aero: AeroResult) -> Result:
+def solved(aero: AeroResult) -> Result:
+    """Return how the decambering of a flow was found."""
     return {'iterations': int(aero.iterations), 'status': aero.status.name.lower(),
             'max_residual': float(aero.max_residual),
             'stalled_strips': int(np.count_nonzero(aero.strips.stalled))}
-
-
-def explained(message: str) -> str:
-    """Return why there is no trim at an airspeed, with what to think of where it is unclear."""
-    unclear = 'no balance found' in message
-    return message + ('; too slow or too fast for level flight?' if unclear else '')
-
-
-def straight_trims(model: Model, airspeeds: Sequence[float], *, altitude: float,
-                   climb_angle: float) -> Iterator[Result]:
-    """
-    Yield the trim at each airspeed [m/s], each searched from the angle of the one before.
-
-    Without an engine they are glides, and climb_angle [rad] is found instead of given.
-    """
-    kind = 'powered' if model.aircraft.engines else 'glide'
-    alpha0 = math.radians(4.0)
-    for airspeed in airspeeds:
-        found = trims.straight(model, airspeed=airspeed, altitude=altitude,
-                              climb_angle=climb_angle, alpha0=alpha0)
-        if found.status is Status.CONVERGED:
-            alpha0 = found.alpha
-        row = trim_result(model, found, kind, altitude)
-        yield {**row, 'message': explained(row['message'])}
-
-
-def glides(model: Model, alphas: Sequence[float], *, altitude: float) -> Iterator[Result]:
-    """Yield the glide at each angle of attack [rad], each from the one before."""
-    delta0 = None
-    for alpha in alphas:
-        found = trims.glide(model, alpha=alpha, altitude=altitude, delta0=delta0)
-        if found.status is Status.CONVERGED:
-            delta0 = found.aero.strips.delta
-        yield trim_result(model, found, 'glide', altitude)
-
-
-def trim_result(model: Model, found: Trim, kind: str, altitude: float) -> Result:
-    """Return a trim; kind : `powered` or `glide`."""
-    density = standard_air(altitude).density
-    controls = {f'{name}_deg': math.degrees(value) for name, value in
-                zip(model.aircraft.control_names, found.controls.deflections)}
-    return {'kind': kind, 'trimmed': found.status is Status.CONVERGED, 'message': found.message,
-            'airspeed_m_s': float(found.airspeed), 'alpha_deg': math.degrees(found.alpha),
-            'elevator_deg': controls[f'{trims.PITCH_CONTROL}_deg'],
-            'throttle': float(found.controls.throttle),
-            'climb_angle_deg': math.degrees(found.climb_angle),
-            'sink_rate_m_s': -float(found.airspeed) * math.sin(found.climb_angle),
-            'residual': float(np.abs(found.residual).max()),
-            **asdict(polars.coefficients(
-                model, found.aero, found.alpha, 0.5 * density * found.airspeed ** 2)),
-            **_how(found.aero), 'controls': controls}
 
 
 class FlightLog:

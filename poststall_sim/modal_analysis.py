@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from poststall_sim import jobs, state_space_file
+from poststall_sim import jobs, state_space_file, trim_jobs
 from poststall_sim.aero.model import Model
 from poststall_sim.stability import flight
 from poststall_sim.stability.bodies import STATES
@@ -50,8 +50,7 @@ def modes(model: Model, alphas: Sequence[float], *, altitude: float, climb_angle
     for found in flight.modes_along(model, flown, altitude=altitude, decamberings=kinds,
                                     quasi_steady=quasi_steady, dt=dt, rows=rows):
         trim = found[0].trim
-        flying = {**jobs.trim_result(model, trim, kind, altitude),
-                  'strips': jobs.strip_columns(model, trim.aero)}
+        flying = trim_jobs.trim_result(model, trim, kind, altitude)
         yield [_point(each, flying) for each in found]
 
 

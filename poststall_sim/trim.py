@@ -40,10 +40,12 @@ PITCH_CONTROL = 'elevator'
 @dataclass(frozen=True, slots=True, eq=False)
 class Trim:
     """
-    A straight flight without acceleration, wings level.
+    A flight whose forces and moments balance, straight and wings level unless it says otherwise.
 
-    airspeed [m/s]; alpha, climb_angle [rad]; controls; residual (3,): X, Z over weight and M over
-    weight times chord; aero: the loads; status and message say whether it can be flown.
+    airspeed [m/s]; alpha, climb_angle [rad]; controls; residual : X, Z over weight and M over
+    weight times chord, (3,), or of all three axes, (6,), where sideways balances were asked for;
+    aero: the loads; status and message say whether it can be flown; beta, bank [rad]; turn_rate
+    of the heading, pull_rate of pitch beyond it [rad/s].
     """
 
     airspeed: float
@@ -54,23 +56,46 @@ class Trim:
     aero: AeroResult
     status: Status
     message: str
+    beta: float = 0.0
+    bank: float = 0.0
+    turn_rate: float = 0.0
+    pull_rate: float = 0.0
 
     @property
     def q_NB(self) -> FloatArray:
         """Attitude, heading north."""
-        return quaternion_from_euler(0.0, self.alpha + self.climb_angle, 0.0)
+        pitch = pitch_angle(self.alpha, self.beta, self.bank, self.climb_angle)
+        return quaternion_from_euler(self.bank, pitch, 0.0)
 
     @property
     def velocity_B(self) -> FloatArray:
         """Velocity through the air (3,) [m/s]."""
-        return velocity_from_flow_angles(self.airspeed, self.alpha, 0.0)
+        return velocity_from_flow_angles(self.airspeed, self.alpha, self.beta)
+
+    @property
+    def rates_B(self) -> FloatArray:
+        """Rates (3,) [rad/s]."""
+        return rotation(self.q_NB).T @ [0.0, 0.0, self.turn_rate] + [0.0, self.pull_rate, 0.0]
+
+
+def pitch_angle(alpha: float, beta: float, bank: float, climb_angle: float) -> float:
+    """
+    Return the pitch angle of a flight along a climb angle, all [rad].
+
+    The nearest where a bank or sideslip allows none: sin(climb) = a sin(pitch) - b cos(pitch),
+    Stevens & Lewis, Aircraft Control and Simulation, 2003, sec. 3.4.
+    """
+    a = math.cos(alpha) * math.cos(beta)
+    b = math.sin(bank) * math.sin(beta) + math.cos(bank) * math.sin(alpha) * math.cos(beta)
+    return math.asin(min(max(math.sin(climb_angle) / math.hypot(a, b), -1.0), 1.0)) \
+        + math.atan2(b, a)
 
 
 TIGHT = 1e-9
 """Residual of the closure in a search: what it leaves must not pass for a change of balance."""
 
 
-def _tight(model: Model) -> Model:
+def tight(model: Model) -> Model:
     """Return the model with its closure solved as closely as a balance of `ACCEPTED` asks."""
     settings = replace(model.settings, tolerance=min(TIGHT, model.settings.tolerance))
     return replace(model, settings=settings)
@@ -159,7 +184,7 @@ def straight(model: Model, *, airspeed: float, altitude: float, climb_angle: flo
     Elevator and throttle balance an aircraft with engines; without, elevator and climb angle do.
     alpha0 [rad] is where the search starts: it chooses the branch where there are several.
     """
-    model = _tight(model)
+    model = tight(model)
     density = standard_air(altitude).density
     engines = bool(model.aircraft.engines)
     state = {'delta': None}
@@ -191,7 +216,7 @@ def glide(model: Model, *, alpha: float, altitude: float,
     The elevator balances the pitching moment; then tan(climb_angle) = -CD / CL and the airspeed
     follows from the weight. delta0 (n,) carries the decambering of a neighbouring alpha along.
     """
-    model = _tight(model)
+    model = tight(model)
     density = standard_air(altitude).density
     weight = model.aircraft.mass.mass * GRAVITY
     trial_speed = 20.0
@@ -215,7 +240,7 @@ def powered(model: Model, *, alpha: float, altitude: float, climb_angle: float =
     if not model.aircraft.engines:
         raise ConfigError(f'{model.aircraft.name} has no engine to hold a climb angle with')
     gliding = glide(model, alpha=alpha, altitude=altitude, delta0=delta0)
-    model = _tight(model)
+    model = tight(model)
     density = standard_air(altitude).density
     elevator0 = float(gliding.controls.deflections[_elevator(model)])
     state = {'delta': gliding.aero.strips.delta}

@@ -29,8 +29,8 @@ PYTHONPATH=$work/colcon "$python" "$work/colcon/bin/colcon" build
 prefix=$work/ws/install/poststall_sim
 for path in lib/poststall_sim/{simulator,pilot,autopilot,poststall} \
         share/ament_index/resource_index/packages/poststall_sim \
-        share/poststall_sim/{package.xml,launch/sim.launch.py} \
-        share/poststall_sim/config/{aircraft,airfoils,scenarios}; do
+        share/poststall_sim/{package.xml,launch/{sim,two_aircraft}.launch.py} \
+        share/poststall_sim/config/{simulator.yaml,aircraft,airfoils,scenarios}; do
     [ -e "$prefix/$path" ] || { echo "colcon did not install $path" >&2; exit 1; }
 done
 

@@ -4,11 +4,13 @@
 
 import os
 import random
+import resource
 import signal
 import socket
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 LIMIT = 120.0
 """How long anything may take before a test gives up [s]; compiling for the first time does."""
@@ -36,16 +38,29 @@ def environment(domain):
             'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
 
 
-class Running:
-    """A node of ours as a process; its output goes to a file."""
+def cpu_seconds(pid):
+    """Return the CPU time that a process has had, all its threads together [s]."""
+    fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
 
-    def __init__(self, module, *arguments, domain, log):
+
+def resident_MB(pid='self'):
+    """Return the memory that a process holds now."""
+    statm = Path(f'/proc/{pid}/statm').read_text()
+    return int(statm.split()[1]) * resource.getpagesize() / 1e6
+
+
+class Running:
+    """A node of ours, or a script, as a process; its output goes to a file."""
+
+    def __init__(self, node, *arguments, domain, log):
         self.log = log
+        what = [str(node)] if isinstance(node, Path) else ['-m', f'poststall_sim.ros.{node}']
         with open(log, 'wb') as output:
             self.process = subprocess.Popen(
-                [sys.executable, '-m', f'poststall_sim.ros.{module}', *arguments],
-                env=environment(domain), stdin=subprocess.DEVNULL, stdout=output,
-                stderr=subprocess.STDOUT, start_new_session=True)
+                [sys.executable, *what, *arguments], env=environment(domain),
+                stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
+                start_new_session=True)
 
     def says(self):
         return self.log.read_text(errors='replace')
@@ -77,6 +92,24 @@ class Running:
                     self.process.wait(5.0)
                 except subprocess.TimeoutExpired:
                     continue
+
+
+def starter(folder):
+    """Yield a function that starts nodes in one domain; what still runs at the end is killed."""
+    domain, running = free_domain(), []
+
+    def start(node, *arguments, ros=()):
+        if ros:
+            arguments += ('--ros-args', *ros)
+        name = node.stem if isinstance(node, Path) else node
+        running.append(Running(
+            node, *arguments, domain=domain, log=folder / f'{name}{len(running)}.log'))
+        return running[-1]
+
+    start.domain = domain
+    yield start
+    for process in running:
+        process.kill()
 
 
 class Probe:

@@ -108,7 +108,7 @@ def test_as_a_user_runs_it(tmp_path):
     (['fly', '--altitude', '0'], 'must be 0.1 to 20000, got 0'),
     (['fly', '--duration', '1e308'], 'must be 0.001 to 1e+06'),
     (['trim', '--airspeed', '15', '--climb', '91'], 'must be -90 to 90, got 91'),
-    (['trim', '--alpha', '5', '--climb', '0'], '--climb is of the powered trims'),
+    (['trim', '--all', '--alpha', '5'], '--all is of straight flight at an airspeed'),
     (['trim', '--aircraft', 'wing_tail', '--airspeed', '30', '--climb', '2'],
      'wing_tail has no engine: --climb has no effect'),
     (['polar', '--no-decambering', '--closure', 'local'], '--closure has no effect with --no'),

@@ -331,12 +331,15 @@ def test_pilot_and_recorder_make_a_bag_of_a_scenario(start, tmp_path):
     pull = a_scenario(tmp_path / 'pull.yaml', 'elevator', '[[0.5, 0.0], [1.0, -3.0]]')
     simulator = start('simulator', ros=['-p', 'start_paused:=true'])
     recorder = start('recorder', '--output', str(tmp_path / 'bag'))
+    picky = start('recorder', '--output', str(tmp_path / 'part'), '--topics', 'air_data/alpha',
+                  '/markers', 'strip_cl', '--exclude-topics', 'markers')
     recorder.wait_for('ready')
+    picky.wait_for('ready: 3 topics')   # /clock is listened to as well, and not recorded
     pilot = start('pilot', ros=['-p', f'scenario:={pull}', '-p', 'exit_when_done:=true'])
     assert pilot.ended(LIMIT) == 0
-    recorder.send(signal.SIGINT)
-    simulator.send(signal.SIGINT)
-    assert recorder.ended() == simulator.ended() == 0
+    for process in (recorder, picky, simulator):
+        process.send(signal.SIGINT)
+    assert recorder.ended() == picky.ended() == simulator.ended() == 0
     again = start('recorder', '--output', str(tmp_path / 'bag'))
 
     series = recording.read(tmp_path / 'bag')
@@ -354,6 +357,12 @@ def test_pilot_and_recorder_make_a_bag_of_a_scenario(start, tmp_path):
     elevator = series['/joint_states'].by_name()['elevator']
     assert elevator[-1] - elevator[0] == pytest.approx(math.radians(-3.0), abs=1e-6)
     assert series['/air_data/alpha']['data'][-1] > series['/air_data/alpha']['data'][0] + 0.02
+
+    # What it was told to, by names as ROS resolves them, on the clock that it does not record.
+    part = recording.read(tmp_path / 'part')
+    assert set(part) == {'/air_data/alpha', '/strip_cl'}
+    assert 'messages of 2 topics' in picky.says()
+    assert part['/air_data/alpha'].time[-1] == pytest.approx(pose.time[-1], abs=0.5)
 
     assert again.ended() == 2 and 'exists already' in again.says()   # never written over
 

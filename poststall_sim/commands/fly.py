@@ -70,7 +70,7 @@ def _add_time(group) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Fly, print what happened; record, save or write it as asked; return the exit code."""
-    from poststall_sim import definition, flight_file, jobs, simulation
+    from poststall_sim import definition, flight_file, jobs, simulation, trim_jobs
     from poststall_sim.aircraft import ConfigError
     from poststall_sim.frames import swap_ned_enu
     scenario = definition.scenario(
@@ -100,7 +100,7 @@ def run(arguments: argparse.Namespace) -> int:
                     wind_N=np.zeros(3) if arguments.wind is None else
                     swap_ned_enu(arguments.wind))
         except ConfigError as error:
-            raise jobs.NoResultError(jobs.explained(str(error))) from None
+            raise jobs.NoResultError(trim_jobs.explained(str(error))) from None
     with _recorder(arguments.record, flight) as recorder:
         log = jobs.FlightLog(flight)   # from here on it counts the wall time
         for snapshot in terminal.watched(jobs.fly(flight, scenario, duration, recorder),

@@ -1,9 +1,10 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
-"""Straight flight in balance, powered or gliding."""
+"""Flight in balance: straight or turning, powered or gliding, with controls that are stuck."""
 
 import argparse
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -12,20 +13,44 @@ from poststall_sim import terminal
 from poststall_sim.commands import solver
 from poststall_sim.commands.solver import Command
 
+_TURN, _BANK, _SIDESLIP, _FACTOR = (-360.0, 360.0), (-80.0, 80.0), (-35.0, 35.0), (-10.0, 20.0)
+_MANOEUVRE = ('turn', 'bank', 'sideslip', 'pull_up', 'coordinated', 'hold', 'throttle')
+
 
 def add(command: Command) -> argparse.ArgumentParser:
     """Add the command and its options; return its parser."""
-    trim = command('trim', 'straight flight in balance, powered or gliding',
-                   '--airspeed 9:25:2 --plot trim.png', 'trainer')
+    trim = command('trim', 'flight in balance: straight, turning, pulling up, with stuck controls',
+                   '--alpha 1:25:1 --plot trim.png', 'trainer')
     trim.add_argument('--airspeed', type=values.span_within(values.AIRSPEED),
                       metavar='V or A:B:STEP', help='powered, with elevator and throttle; '
                       'gliding if there is no engine [m/s]')
     trim.add_argument('--alpha', type=values.span, metavar='A:B:STEP',
-                      help='gliding without thrust, at angles of attack [deg]')
+                      help='at angles of attack [deg]: gliding without thrust, unless --climb or '
+                      '--throttle is given')
     trim.add_argument('--altitude', type=values.within(values.ALTITUDE), default=0.0, metavar='M',
                       help='(default 0)')
     trim.add_argument('--climb', type=values.within(values.CLIMB), metavar='DEG',
                       help='climb angle of the powered trims (default 0)')
+    trim.add_argument('--all', action='store_true', help='all straight trims that an airspeed '
+                      'has, before and past the stall, by continuation in the angle of attack')
+    group = trim.add_argument_group('manoeuvres', 'all six balances at once, within the limits '
+                                    'of the controls')
+    group.add_argument('--turn', type=values.within(_TURN), metavar='DEG/S',
+                       help='turn the heading, to the right positive')
+    group.add_argument('--bank', type=values.within(_BANK), metavar='DEG',
+                       help='at this bank; without --turn or --sideslip the turn is found')
+    group.add_argument('--coordinated', action='store_true',
+                       help='no side force is felt, and the sideslip is found')
+    group.add_argument('--sideslip', type=values.within(_SIDESLIP), metavar='DEG',
+                       help='steady, with the wind from the right positive')
+    group.add_argument('--pull-up', type=values.within(_FACTOR), metavar='N',
+                       help='at the lowest point of a pull-up with this load factor')
+    group.add_argument('--hold', type=values.deflection, action=values.Deflections, default={},
+                       metavar='NAME=DEG', help='a control that does not move, stuck or set; '
+                       'again for another one. Leave what it balanced open: with a stuck '
+                       'elevator give neither --airspeed nor --alpha')
+    group.add_argument('--throttle', type=values.within((0.0, 1.0)), metavar='X',
+                       help='at this throttle, and the climb angle is found')
     trim.add_argument('--plot', type=values.figure, metavar='FILE',
                         help='draw it: PNG, SVG or PDF')
     solver.add_options(trim)
@@ -35,35 +60,115 @@ def add(command: Command) -> argparse.ArgumentParser:
 def run(arguments: argparse.Namespace) -> int:
     """Print the trims; write or draw them as asked; return the exit code."""
     from poststall_sim import jobs
-    from poststall_sim.aircraft import ConfigError
-    if arguments.airspeed is None and arguments.alpha is None:
-        raise ConfigError('trim needs --airspeed (powered), --alpha (glide) or both')
-    if arguments.climb is not None and not arguments.airspeed:
-        raise ConfigError('--climb is of the powered trims: give --airspeed')
+    _refuse_idle(arguments)
     model = solver.model(arguments)
-    if arguments.climb is not None and not model.aircraft.engines:
-        raise ConfigError(f'{model.aircraft.name} has no engine: --climb has no effect')
-    trims = []
-    if arguments.airspeed:
-        trims += terminal.watched(
-            jobs.straight_trims(model, arguments.airspeed, altitude=arguments.altitude,
-                                climb_angle=math.radians(arguments.climb or 0.0)),
-            len(arguments.airspeed), 'trim')
-    if arguments.alpha:
-        trims += terminal.watched(
-            jobs.glides(model, np.radians(arguments.alpha), altitude=arguments.altitude),
-            len(arguments.alpha), 'glide')
-    result = {**solver.head(arguments, model), 'axes': jobs.AXES, 'altitude_m': arguments.altitude,
-              'trims': trims}
-    terminal.print_table(
-        ('', 'V [m/s]', 'alpha', 'elevator', 'throttle', 'climb', 'sink [m/s]', 'residual', ''),
-        ([t['kind'], f'{t["airspeed_m_s"]:z.3f}', f'{t["alpha_deg"]:z.3f}',
-          f'{t["elevator_deg"]:z.3f}', f'{t["throttle"]:z.4f}', f'{t["climb_angle_deg"]:z.3f}',
-          f'{t["sink_rate_m_s"]:z.3f}', f'{t["residual"]:.0e}', t['message']] for t in trims))
+    found = list(_found(arguments, model))
+    result = {**solver.head(arguments, model), 'axes': jobs.AXES, 'strip_axes': jobs.STRIP_AXES,
+              'altitude_m': arguments.altitude, 'trims': found}
+    terminal.print_table(*_table(found))
     terminal.write_json(arguments.json, result)
     if arguments.plot:
         from poststall_sim import plots
         terminal.drawn(plots.trim_figure(result, arguments.plot))
-    if not any(t['trimmed'] for t in trims):
-        raise jobs.NoResultError(f'no trim: {trims[-1]["message"]}')
+    if not any(each['trimmed'] for each in found):
+        raise jobs.NoResultError(
+            f'no trim: {found[-1]["message"]}' if found else f'no trim at '
+            f'{arguments.airspeed[-1]:g} m/s at any angle of attack that was looked at')
     return 0
+
+
+def _refuse_idle(arguments: argparse.Namespace) -> None:
+    """Refuse options that would have no effect."""
+    from poststall_sim.aircraft import ConfigError
+    manoeuvre = [name for name in _MANOEUVRE if getattr(arguments, name) not in (None, False, {})]
+    if arguments.airspeed is None and arguments.alpha is None and not arguments.hold:
+        raise ConfigError('trim needs --airspeed (powered), --alpha (glide) or both')
+    if arguments.all and (manoeuvre or arguments.alpha or not arguments.airspeed):
+        raise ConfigError('--all is of straight flight at an airspeed: it goes with --airspeed '
+                          'and without manoeuvres and --alpha')
+    if arguments.climb is not None and arguments.throttle is not None:
+        raise ConfigError('--climb and --throttle: give one, the other is found')
+    if arguments.pull_up is not None and not arguments.airspeed:
+        raise ConfigError('--pull-up is of an airspeed: give --airspeed')
+    if manoeuvre and arguments.airspeed and arguments.alpha and not arguments.hold:
+        raise ConfigError('a manoeuvre has an airspeed or an angle of attack: give one of them')
+
+
+def _found(arguments: argparse.Namespace, model) -> Iterable[dict]:
+    """Yield the trims that are asked for, behind progress bars."""
+    from poststall_sim import trim_jobs
+    from poststall_sim.aircraft import ConfigError
+    if arguments.climb is not None and not model.aircraft.engines:
+        raise ConfigError(f'{model.aircraft.name} has no engine: --climb has no effect')
+    altitude, climb = arguments.altitude, math.radians(arguments.climb or 0.0)
+    if any(getattr(arguments, name) not in (None, False, {}) for name in _MANOEUVRE):
+        tasks = list(_tasks(arguments, model))
+        yield from terminal.watched(
+            trim_jobs.manoeuvres(model, tasks, altitude=altitude), len(tasks), 'trim')
+        return
+    if arguments.all:
+        for airspeed in arguments.airspeed:
+            ticks = iter(terminal.watched(range(2 * len(trim_jobs.SEARCHED)),
+                                          2 * len(trim_jobs.SEARCHED), f'{airspeed:g} m/s'))
+            yield from trim_jobs.all_trims(model, airspeed, altitude=altitude, climb_angle=climb,
+                                           told=lambda: next(ticks))   # noqa: B023
+        return
+    if arguments.airspeed:
+        yield from terminal.watched(
+            trim_jobs.straight_trims(model, arguments.airspeed, altitude=altitude,
+                                     climb_angle=climb), len(arguments.airspeed), 'trim')
+    if arguments.alpha:
+        powered = arguments.climb is not None and not arguments.airspeed
+        yield from terminal.watched(
+            trim_jobs.along_alpha(model, np.radians(arguments.alpha), altitude=altitude,
+                                  climb_angle=climb if powered else None),
+            len(arguments.alpha), 'trim' if powered else 'glide')
+
+
+def _tasks(arguments: argparse.Namespace, model) -> Iterable:
+    """Yield what the steady flights are asked to be."""
+    from poststall_sim import jobs, trim_jobs
+    from poststall_sim.manoeuvre import Task
+
+    def radians(value: float | None) -> float | None:
+        return None if value is None else math.radians(value)
+
+    held = {name: math.radians(value) for name, value in arguments.hold.items()}
+    jobs.deflections(model, held)   # refuses those beyond their limits
+    throttle = arguments.throttle
+    gliding = not model.aircraft.engines or (
+        throttle is None and arguments.climb is None and arguments.airspeed is None
+        and arguments.alpha is not None)
+    turn = radians(arguments.turn)
+    if turn is None and (arguments.bank is None or arguments.sideslip is not None):
+        turn = 0.0
+    for airspeed in arguments.airspeed or [None]:
+        for alpha in arguments.alpha or [None]:
+            task = Task(
+                airspeed=airspeed, alpha=radians(alpha), throttle=0.0 if gliding else throttle,
+                climb_angle=None if gliding or throttle is not None else
+                radians(arguments.climb or 0.0),
+                beta=radians(arguments.sideslip), bank=radians(arguments.bank), turn_rate=turn,
+                coordinated=arguments.coordinated, held=held)
+            yield task if arguments.pull_up is None else \
+                trim_jobs.pulling(task, arguments.pull_up)
+
+
+def _table(found: list[dict]) -> tuple[tuple[str, ...], list[list[str]]]:
+    """Return the head and the cells of the table; what is 0 everywhere is left out."""
+    columns = [('V [m/s]', 'airspeed_m_s', 3), ('alpha', 'alpha_deg', 3), ('beta', 'beta_deg', 3),
+               ('bank', 'bank_deg', 3), ('turn [deg/s]', 'turn_rate_deg_s', 3),
+               ('pull [deg/s]', 'pull_rate_deg_s', 3), ('throttle', 'throttle', 4),
+               ('climb', 'climb_angle_deg', 3), ('sink [m/s]', 'sink_rate_m_s', 3)]
+    shown = [column for column in columns if column[1] not in (
+        'beta_deg', 'bank_deg', 'turn_rate_deg_s', 'pull_rate_deg_s')
+        or any(abs(each[column[1]]) > 5e-4 for each in found)]
+    controls = [name for name in (found[0]['controls'] if found else {})
+                if name == 'elevator_deg' or any(
+                    abs(each['controls'][name]) > 5e-4 for each in found)]
+    head = ('', *(title for title, _, _ in shown), *(name.removesuffix('_deg')
+                                                     for name in controls), 'residual', '')
+    return head, [
+        [each['kind'], *(f'{each[key]:z.{digits}f}' for _, key, digits in shown),
+         *(f'{each["controls"][name]:z.3f}' for name in controls), f'{each["residual"]:.0e}',
+         each['message']] for each in found]

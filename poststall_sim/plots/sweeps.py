@@ -103,36 +103,61 @@ def _spread(figure, axes, alpha: np.ndarray, strips: list[Strips], wing: str) ->
 
 
 def draw_trims(result: Mapping[str, Any], path: Path) -> Path:
-    """Draw what balances the aircraft: powered over airspeed, gliding over alpha."""
-    kinds = [(kind, key, label) for kind, key, label in (
-        ('powered', 'airspeed_m_s', 'airspeed [m/s]'),
-        ('glide', 'alpha_deg', r'$\alpha$ [deg]'))
+    """
+    Draw what balances the aircraft, and what its wing carries there.
+
+    Over airspeed where that was given, else over alpha; of the flights on one figure each kind in
+    a column of its own.
+    """
+    kinds = [(kind, key, title) for kind, key, title in (
+        ('powered', 'airspeed_m_s', 'Powered'), ('glide', 'alpha_deg', 'Glide'),
+        ('at alpha', 'alpha_deg', 'Powered'), ('steady', _varied(result['trims']), 'Steady'))
         if any(row['kind'] == kind for row in result['trims'])]
-    wanted = {'powered': (('alpha_deg', r'$\alpha$ [deg]'), ('elevator_deg', 'elevator [deg]'),
-                          ('throttle', 'throttle [-]')),
-              'glide': (('elevator_deg', 'elevator [deg]'), ('airspeed_m_s', 'airspeed [m/s]'),
-                        ('sink_rate_m_s', 'sink rate [m/s]'))}
-    with style.canvas(5.4 * len(kinds), 6.4, path) as figure:
-        columns = figure.subplots(3, len(kinds), sharex='col', squeeze=False).T
-        for column, (kind, key, label) in zip(columns, kinds):
+    with style.canvas(5.4 * len(kinds), 8.4, path) as figure:
+        columns = figure.subplots(4, len(kinds), squeeze=False).T
+        for column, (kind, key, title) in zip(columns, kinds):
             rows = [row for row in result['trims'] if row['kind'] == kind]
-            flown = np.array([row['trimmed'] for row in rows])
-            x = _column(rows, key)
-            for axes, (name, text) in zip(column, wanted[kind]):
-                y = _column(rows, name)
-                axes.plot(x, np.where(flown, y, np.nan), color=style.ATTACHED, linewidth=1.3)
-                axes.scatter(x[flown], y[flown], s=18, color=style.ATTACHED, linewidth=0,
-                             label='trimmed')
-                axes.set_ylabel(text)
-            for place in x[~flown]:
-                for axes in column:
-                    axes.axvline(place, color=style.STALLED, linewidth=0.9,
-                                 linestyle=(0, (2, 2)), zorder=0)
-            if (~flown).any():
-                column[0].plot([], [], color=style.STALLED, linestyle=(0, (2, 2)),
-                               linewidth=0.9, label='no trim')
-                column[0].legend(loc='best')
-            column[0].set_title(_title('Powered' if kind == 'powered' else 'Glide', result))
-            column[-1].set_xlabel(label)
+            _balance(column[:3], rows, key)
+            flown = [row for row in rows if row['trimmed']]
+            if flown:
+                strips = [row['strips'] for row in flown]
+                _spread(figure, column[3], _column(flown, 'alpha_deg'), strips,
+                        _largest_surface(strips[0]))
+            column[0].set_title(_title(title, result))
             figure.align_ylabels(list(column))
     return path
+
+
+_LABELS = {'airspeed_m_s': 'airspeed [m/s]', 'alpha_deg': r'$\alpha$ [deg]',
+           'elevator_deg': 'elevator [deg]', 'throttle': 'throttle [-]',
+           'sink_rate_m_s': 'sink rate [m/s]', 'climb_angle_deg': 'climb angle [deg]'}
+_BALANCED = {'powered': ('alpha_deg', 'elevator_deg', 'throttle'),
+             'glide': ('elevator_deg', 'airspeed_m_s', 'climb_angle_deg'),
+             'at alpha': ('elevator_deg', 'airspeed_m_s', 'throttle')}
+
+
+def _varied(rows: Rows) -> str:
+    """Return what differs from row to row."""
+    return 'airspeed_m_s' if len({row['airspeed_m_s'] for row in rows}) > 1 else 'alpha_deg'
+
+
+def _balance(column, rows: Rows, key: str) -> None:
+    """Draw three quantities of trims, with lines where there is none."""
+    flown = np.array([row['trimmed'] for row in rows])
+    x = _column(rows, key)
+    wanted = _BALANCED.get(rows[0]['kind'], ('alpha_deg', 'elevator_deg', 'throttle'))
+    for axes, name in zip(column, wanted):
+        y = _column(rows, name)
+        axes.plot(x, np.where(flown, y, np.nan), color=style.ATTACHED, linewidth=1.3)
+        axes.scatter(x[flown], y[flown], s=18, color=style.ATTACHED, linewidth=0,
+                     label='trimmed')
+        axes.set_ylabel(_LABELS[name])
+        for place in x[~flown]:
+            axes.axvline(place, color=style.STALLED, linewidth=0.9, linestyle=(0, (2, 2)),
+                         zorder=0)
+        axes.sharex(column[0])
+    if (~flown).any():
+        column[0].plot([], [], color=style.STALLED, linestyle=(0, (2, 2)), linewidth=0.9,
+                       label='no trim')
+        column[0].legend(loc='best')
+    column[2].set_xlabel(_LABELS[key])

@@ -1,9 +1,10 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
 """
-A small recorder for machines without ``ros2 bag``: every topic into a rosbag2 (MCAP).
+A small recorder for machines without ``ros2 bag``: topics into a rosbag2 (MCAP).
 
-    python -m poststall_sim.ros.recorder --output DIR
+    python -m poststall_sim.ros.recorder --output DIR [--topics NAME ...]
+                                         [--exclude-topics NAME ...]
 
 It subscribes like any recorder, to whatever topics there are and come, and writes the bytes as
 they arrive. The time of recording is simulated time, as with ``ros2 bag record --use-sim-time``:
@@ -13,6 +14,7 @@ the stamp of a message that has a header, else the latest time that the simulato
 import argparse
 import struct
 import sys
+from collections.abc import Sequence
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
@@ -37,24 +39,30 @@ SKIPPED = ('/parameter_events',)
 
 class RecorderNode(Node):
     """
-    Record all topics until stopped; say ``ready`` once the simulator's have all been heard.
+    Record topics until stopped; say ``ready`` once the simulator's have all been heard.
 
     The simulator's are those of the table in `topics`, in this node's namespace. It shows new
     subscribers its present state even while it is paused, so that each arrives without delay.
+
+    chosen : names of what is recorded, empty for all; excluded : what is not, chosen or not.
+    Names without a slash in front are in this node's namespace.
     """
 
-    def __init__(self, output: str, **node_options: Any) -> None:
+    def __init__(self, output: str, chosen: Sequence[str] = (), excluded: Sequence[str] = (),
+                 **node_options: Any) -> None:
         super().__init__('recorder', **node_options)
+        self._chosen = {self.resolve_topic_name(name) for name in chosen}
+        self._excluded = {*SKIPPED, *(self.resolve_topic_name(name) for name in excluded)}
         self._heard: set[str] = set()
         self._given_up: set[str] = set()
         self._types: dict[str, str] = {}
         self.exit_code: int | None = None
         self._now_ns = 0
         self._ready = False
-        self._expected = {
+        self._expected = set(filter(self._wanted, (
             self.resolve_topic_name(topic.name) for topic in topics.PUBLISHED
             if topic.fields is not None and topic.by_default
-            and topic.joints is None and messages.available(topic.type)}
+            and topic.joints is None and messages.available(topic.type))))
         try:
             self._recorder = Recorder(output)
         except BagError as error:
@@ -63,10 +71,17 @@ class RecorderNode(Node):
                           clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.get_logger().info(f'recording to {self._recorder.path}')
 
+    def _records(self, name: str) -> bool:
+        return name not in self._excluded and (not self._chosen or name in self._chosen)
+
+    def _wanted(self, name: str) -> bool:
+        """Tell whether a topic is listened to: /clock always is, it tells when all else came."""
+        return name == topics.CLOCK.name or self._records(name)
+
     def _look(self) -> None:
         """Subscribe to topics that are new, and see whether all that are expected came."""
         for name, kinds in self.get_topic_names_and_types():
-            if (name not in self._types and name not in self._given_up and name not in SKIPPED
+            if (name not in self._types and name not in self._given_up and self._wanted(name)
                     and self.count_publishers(name)):
                 self._subscribe(name, kinds)
         if not self._ready and self._expected <= self._heard:
@@ -86,7 +101,8 @@ class RecorderNode(Node):
             return
         qos = self._offered(name)
         self._types[name] = kinds[0]
-        self._recorder.add_topic(name, kinds[0], qos)
+        if self._records(name):
+            self._recorder.add_topic(name, kinds[0], qos)
         fields = kind.get_fields_and_field_types()
         stamped = next(iter(fields.values()), '') == 'std_msgs/Header'
         self.create_subscription(
@@ -112,8 +128,8 @@ class RecorderNode(Node):
                     time_ns > self._now_ns or time_ns < self._now_ns - JUMP_NS):
                 self._now_ns = time_ns
         self._heard.add(name)
-        if self.exit_code is not None:
-            return   # the bag was given up
+        if self.exit_code is not None or not self._records(name):
+            return   # the bag was given up, or this is only here to tell the time
         try:
             self._recorder.write_raw(name, data, max(time_ns, 0))
         except BagError as error:
@@ -132,7 +148,8 @@ class RecorderNode(Node):
             self._give_up(error)
         if self.exit_code is None:
             self.get_logger().info(
-                f'{self._recorder.messages} messages of {len(self._types)} topics in '
+                f'{self._recorder.messages} messages of '
+                f'{sum(map(self._records, self._types))} topics in '
                 f'{self._recorder.path}')
         super().destroy_node()
 
@@ -141,11 +158,16 @@ def main(args: list[str] | None = None) -> int:
     """Record until told to stop; return the exit code."""
     args = sys.argv if args is None else ['recorder', *args]
     parser = argparse.ArgumentParser(
-        prog='recorder', description='Record every topic to a rosbag2 folder (MCAP).')
+        prog='recorder', description='Record topics to a rosbag2 folder (MCAP, zstd).')
     parser.add_argument('--output', required=True, metavar='DIR',
                         help='the folder to make; it must not exist')
+    parser.add_argument('--topics', nargs='+', default=[], metavar='NAME',
+                        help='what to record (default: every topic)')
+    parser.add_argument('--exclude-topics', nargs='+', default=[], metavar='NAME',
+                        help='what not to record, as markers and path; goes before --topics')
     options = parser.parse_args(remove_ros_args(args)[1:])
-    return process.run('recorder', lambda: RecorderNode(options.output), args)
+    return process.run('recorder', lambda: RecorderNode(
+        options.output, options.topics, options.exclude_topics), args)
 
 
 if __name__ == '__main__':

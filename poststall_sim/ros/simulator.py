@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from rclpy.clock import Clock, ClockType
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock as ClockMessage
@@ -118,7 +119,7 @@ class SimulatorNode(Node):
         self._outlets = self._open_outlets({rate for rate, hz in rates.items() if hz == 0.0})
         self._listeners = dict.fromkeys(self._outlets, 0)
         self._shown_ns: dict[Topic, int] = {}
-        self._tended_ns = -1
+        self._tended_ns, self._tend_at = -1, 0.0
         self.operations = Operations(self)
         self.inbox = Inbox(self)
         if self.follows:
@@ -131,8 +132,7 @@ class SimulatorNode(Node):
 
         # This node makes simulated time, so its timers must not wait for it.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._wake_timer = self.create_timer(self._wake_period(), self._wake, clock=steady)
-        self.create_timer(PAUSED_PERIOD, self._tend, clock=steady)
+        self._wake_timer = self.create_timer(self._wake_period(), self._look, clock=steady)
         self.create_timer(1.0 / self.settings.rates_diagnostics, self._report, clock=steady)
         self._publish_all()
         gc.collect()
@@ -158,8 +158,11 @@ class SimulatorNode(Node):
                 missing.setdefault(topic.type.partition('/')[0], []).append(topic.name)
                 continue
             kind = messages.message_class(topic.type)
-            outlets[topic] = (
-                self.create_publisher(kind, topic.name, messages.qos_profile(topic.qos)), kind())
+            # rclpy goes through all event handlers at each wake, which costs half as much as the
+            # flight does; who asks for another quality of service is told so on his own side.
+            outlets[topic] = (self.create_publisher(
+                kind, topic.name, messages.qos_profile(topic.qos),
+                event_callbacks=PublisherEventCallbacks(use_default_callbacks=False)), kind())
         for package, names in missing.items():
             self.get_logger().info(
                 f'{package} is not installed, so there is no {" and no ".join(names)}')
@@ -170,6 +173,18 @@ class SimulatorNode(Node):
         if self.settings.real_time_factor == 0.0:
             return 0.0
         return min(max(self.flight.dt_ns * 1e-9 / self.settings.real_time_factor, 1e-3), 1e-2)
+
+    def _look(self) -> None:
+        """
+        Take the steps that are due, and look around every `PAUSED_PERIOD`.
+
+        Both by one timer: each call of another costs rclpy two rounds of all that the node has.
+        """
+        now = time.monotonic()
+        if now >= self._tend_at:
+            self._tend_at = now + PAUSED_PERIOD
+            self._tend()
+        self._wake()
 
     def _wake(self) -> None:
         """Take the steps that are due."""
@@ -361,7 +376,7 @@ class SimulatorNode(Node):
 
 def main(args: list[str] | None = None) -> int:
     """Fly the aircraft that the parameters name until told to stop; return the exit code."""
-    return process.run('simulator', SimulatorNode, args)
+    return process.run('simulator', SimulatorNode, args, patience=None)
 
 
 if __name__ == '__main__':

@@ -1,0 +1,274 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Steady flight of any kind: climbs, turns, pull-ups and sideslips, with controls that are stuck.
+
+All six balances at once, as the least of a sum of squares within the limits of the controls:
+where they do not reach, the answer is the flight that comes nearest, and says so. `trim` has the
+straight and symmetric flights, which take three balances; `branches` finds all of those that an
+airspeed has.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.optimize import brentq, least_squares, root
+
+from poststall_sim import trim as trims
+from poststall_sim.aero import solver
+from poststall_sim.aero.model import Model, Onset
+from poststall_sim.aero.solver import AeroResult
+from poststall_sim.aircraft import ConfigError
+from poststall_sim.atmosphere import standard_air
+from poststall_sim.frames import (
+    GRAVITY,
+    FloatArray,
+    body_to_geometry,
+    cross,
+    geometry_to_body,
+    rotation,
+)
+from poststall_sim.propulsion import thrust
+from poststall_sim.state import Controls, Status
+from poststall_sim.trim import ACCEPTED, Trim
+
+ROLL_CONTROL, YAW_CONTROL = 'aileron', 'rudder'
+"""The controls that balance roll and yaw."""
+AXES = ('forward', 'sideways', 'vertical', 'rolling', 'pitching', 'yawing')
+"""Of the balances, in the order of a residual."""
+NEAR = 1e-3
+"""A control this near to its limit, as a share of its way, is said to stand there."""
+PROBE = 1e-6
+"""Step of the difference quotients: the closure is solved a thousand times closer."""
+SAME = 1e-4
+"""Two trims are one whose angles of attack [rad], or shares of airspeed, differ by less."""
+
+_LENGTHWAYS = ('airspeed', 'alpha', 'climb_angle', 'throttle', trims.PITCH_CONTROL)
+_SIDEWAYS = ('beta', 'bank', 'turn_rate', ROLL_CONTROL, YAW_CONTROL)
+_BOUNDS = {'airspeed': (0.5, 400.0), 'alpha': (-math.pi / 2, math.pi / 2),
+           'climb_angle': (-1.55, 1.55), 'throttle': (0.0, 1.0), 'beta': (-0.7, 0.7),
+           'bank': (-1.48, 1.48), 'turn_rate': (-20.0, 20.0)}
+"""What a search stays within [m/s, rad, 0..1, rad/s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """
+    What a steady flight is asked to be; what is None is found.
+
+    airspeed [m/s]; alpha, climb_angle, beta, bank [rad]; throttle 0..1; turn_rate : of the
+    heading, right positive, pull_rate : of pitch beyond that, at the lowest point of a pull-up
+    [rad/s]; coordinated : no side force is felt; held : deflections [rad] of controls that do not
+    move, stuck or set, by name. A beta of None is 0 where the other unknowns are enough.
+    """
+
+    airspeed: float | None = None
+    alpha: float | None = None
+    climb_angle: float | None = 0.0
+    throttle: float | None = None
+    beta: float | None = None
+    bank: float | None = None
+    turn_rate: float | None = 0.0
+    pull_rate: float = 0.0
+    coordinated: bool = False
+    held: Mapping[str, float] = field(default_factory=dict)
+
+
+def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = None) -> Trim:
+    """
+    Return the steady flight that a task asks for, or the nearest to it that the controls allow.
+
+    altitude [m]; start : a flight near it, where the search begins and on whose branch it stays.
+    Raises `ConfigError` for a task with too many or too few unknowns.
+    """
+    aircraft = model.aircraft
+    known, unknown = _unknowns(model, task)
+    bounds = _BOUNDS | {control.name: control.limits for control in aircraft.controls}
+    low, high = (np.array([bounds[name][side] for name in unknown]) for side in (0, 1))
+    tight, density = trims.tight(model), standard_air(altitude).density
+    delta = None if start is None else start.aero.strips.delta
+    last: dict[str, AeroResult] = {}
+
+    def flown(x: FloatArray) -> Trim:
+        value = known | dict(zip(unknown, map(float, x)))
+        deflections = np.array([value.get(name, 0.0) for name in aircraft.control_names])
+        found = Trim(
+            airspeed=value['airspeed'], alpha=value['alpha'], climb_angle=value['climb_angle'],
+            controls=Controls(deflections, value['throttle']), residual=np.empty(6),
+            aero=None, status=Status.NOT_CONVERGED, message='', beta=value['beta'],
+            bank=value['bank'], turn_rate=value['turn_rate'], pull_rate=task.pull_rate)
+        aero = solver.steady(
+            tight, Onset(body_to_geometry(-found.velocity_B), body_to_geometry(found.rates_B)),
+            deflections, density=density,
+            delta0=last['aero'].strips.delta if last else delta)
+        last['aero'] = aero
+        return replace(found, aero=aero)
+
+    def imbalance(x: FloatArray) -> FloatArray:
+        found = flown(x)
+        residual, side = balance(model, found)
+        return np.append(residual, side) if task.coordinated else residual
+
+    x = np.array([_guess(model, name, known, start, density) for name in unknown])
+    # The unknowns of the first three balances alone, then all: an aircraft flown straight stays
+    # symmetric, to the bit, where past the stall a search sideways would fall off the branch.
+    for moved in (slice(0, 3), slice(0, len(unknown))):
+        x = _searched(imbalance, x, moved, low, high)
+        if np.abs(imbalance(x)).max() <= ACCEPTED:
+            break
+    found = replace(flown(x), residual=imbalance(x))
+    return replace(found, **_judged(found, unknown, x, low, high))
+
+
+def _searched(imbalance: Callable[[FloatArray], FloatArray], x: FloatArray, moved: slice,
+              low: FloatArray, high: FloatArray) -> FloatArray:
+    """Return x (n,) with those of its elements moved that make the imbalance least."""
+    def part(y: FloatArray) -> FloatArray:
+        whole = x.copy()
+        whole[moved] = y
+        return whole
+
+    low, high = low[moved], high[moved]
+    inside = 1e-6 * (high - low)
+    y = least_squares(
+        lambda y: imbalance(part(y)), np.clip(x[moved], low + inside, high - inside),
+        bounds=(low, high), x_scale=np.maximum(np.abs(x[moved]), 0.3), diff_step=PROBE,
+        xtol=1e-14, ftol=1e-14, gtol=1e-14, max_nfev=60).x
+    residual = imbalance(part(y))
+    if len(residual) == len(y) and np.abs(residual).max() > ACCEPTED:
+        # Near a solution, past the stall, the method that has no bounds gets further.
+        nearer = root(lambda y: imbalance(part(y)), y, method='hybr', tol=1e-12).x
+        if np.all((low <= nearer) & (nearer <= high)) and \
+                np.abs(imbalance(part(nearer))).max() < np.abs(residual).max():
+            y = nearer
+    return part(y)
+
+
+def balance(model: Model, found: Trim) -> tuple[FloatArray, float]:
+    """
+    Return what is left of the six balances, and the side force that is felt.
+
+    Forces over weight, moments over weight times chord, in B about the centre of gravity.
+    """
+    mass = model.aircraft.mass
+    weight = mass.mass * GRAVITY
+    push, turn = thrust(model.aircraft, found.velocity_B, found.controls.throttle)
+    felt = geometry_to_body(found.aero.force_G) + push
+    rates = found.rates_B
+    force = felt + weight * rotation(found.q_NB)[2] \
+        - mass.mass * cross(rates, found.velocity_B)
+    moment = geometry_to_body(found.aero.moment_G) + turn - cross(rates, mass.inertia_B @ rates)
+    return np.concatenate([force, moment / model.aircraft.reference.chord]) / weight, \
+        float(felt[1]) / weight
+
+
+def _unknowns(model: Model, task: Task) -> tuple[dict[str, float], list[str]]:
+    """Return what is known by name, and the names of what is to be found."""
+    names = model.aircraft.control_names
+    for name in task.held:
+        if name not in names:
+            raise ConfigError(f'{model.aircraft.name} has no control {name!r} to hold, it has '
+                              f'{", ".join(names) or "none"}')
+    if trims.PITCH_CONTROL not in names:
+        raise ConfigError(f'trim moves the control named {trims.PITCH_CONTROL}, there are '
+                          f'{list(names) or "none"}')
+    given = {'airspeed': task.airspeed, 'alpha': task.alpha, 'climb_angle': task.climb_angle,
+             'throttle': task.throttle if model.aircraft.engines else 0.0, 'beta': task.beta,
+             'bank': task.bank, 'turn_rate': task.turn_rate,
+             **{name: None for name in (trims.PITCH_CONTROL, ROLL_CONTROL, YAW_CONTROL)
+                if name in names}, **task.held}
+    lengthways = [name for name in _LENGTHWAYS if given[name] is None]
+    if len(lengthways) != 3:
+        raise ConfigError(
+            f'of {", ".join(_LENGTHWAYS)} three are to be found, here '
+            f'{", ".join(lengthways) or "none"}: '
+            + ('give another' if len(lengthways) > 3 else 'leave another open'))
+    sideways = [name for name in _SIDEWAYS if name in given and given[name] is None]
+    if 'beta' in sideways and len(sideways) > 3 + task.coordinated:
+        given['beta'] = 0.0
+        sideways.remove('beta')
+    if len(sideways) > 3 + task.coordinated:
+        raise ConfigError(f'of {", ".join(_SIDEWAYS)} {3 + task.coordinated} are to be found, '
+                          f'here {", ".join(sideways)}: give another')
+    known = {name: float(value) for name, value in given.items() if value is not None}
+    return known, lengthways + sideways
+
+
+def _guess(model: Model, name: str, known: Mapping[str, float], start: Trim | None,
+           density: float) -> float:
+    """Return where the search for an unknown begins."""
+    names = model.aircraft.control_names
+    if start is not None:
+        return float(start.controls.deflections[names.index(name)]) if name in names else \
+            start.controls.throttle if name == 'throttle' else getattr(start, name)
+    reference, weight = model.aircraft.reference, model.aircraft.mass.mass * GRAVITY
+    speed = known.get('airspeed') or math.sqrt(weight / (0.25 * density * reference.area))
+    rate = known.get('turn_rate', 0.0)
+    return {'airspeed': speed, 'alpha': math.radians(4.0), 'throttle': 0.3, 'climb_angle': -0.1,
+            'bank': math.atan(speed * rate / GRAVITY),
+            'turn_rate': GRAVITY * math.tan(known.get('bank', 0.0)) / speed}.get(name, 0.0)
+
+
+def _judged(found: Trim, unknown: list[str], x: FloatArray, low: FloatArray,
+            high: FloatArray) -> dict:
+    """Return the status and the message of a flight that was found."""
+    worst = float(np.abs(found.residual).max())
+    if found.aero.status is not Status.CONVERGED:
+        message = f'the aerodynamics did not converge, residual {found.aero.max_residual:.1e}'
+    elif worst > ACCEPTED:
+        axis = (*AXES, 'felt sideways')[int(np.argmax(np.abs(found.residual)))]
+        message = f'no balance found, residual {worst:.1e} of the weight ({axis})'
+        at_limit = [_standing(name, value) for name, value, a, b in zip(unknown, x, low, high)
+                    if min(value - a, b - value) < NEAR * (b - a)]
+        if at_limit:
+            message += f', with {" and ".join(at_limit)} at the limit'
+    else:
+        return {'status': Status.CONVERGED, 'message': 'trimmed'}
+    return {'status': Status.NOT_CONVERGED, 'message': message}
+
+
+def _standing(name: str, value: float) -> str:
+    if name in ('throttle', 'airspeed'):
+        return f'{name} {value:.2f}'
+    return f'{name.replace("_", " ")} {math.degrees(value):.3g} deg'
+
+
+def branches(model: Model, *, airspeed: float, altitude: float, alphas: FloatArray,
+             climb_angle: float | None = 0.0,
+             told: Callable[[], None] = lambda: None) -> list[Trim]:
+    """
+    Return all straight trims at an airspeed, by continuation in the angle of attack.
+
+    The flights at angles alphas (n,) [rad], each from the one before, up and then down, are
+    followed; where their airspeed passes the one asked for there is a trim. climb_angle [rad],
+    None to glide. Two ways find different flights where the section's stall has hysteresis. told :
+    called after each of the 2 n angles. From the least angle of attack to the greatest.
+    """
+    def at(alpha: float, delta0: FloatArray | None) -> Trim:
+        if climb_angle is None or not model.aircraft.engines:
+            return trims.glide(model, alpha=alpha, altitude=altitude, delta0=delta0)
+        return trims.powered(model, alpha=alpha, altitude=altitude, climb_angle=climb_angle,
+                             delta0=delta0)
+
+    found: list[Trim] = []
+    on_the_way_up: dict[float, float] = {}
+    before: Trim | None = None
+    for alpha in [*alphas, *alphas[::-1]]:
+        delta0 = None if before is None else before.aero.strips.delta
+        here = at(float(alpha), delta0)
+        told()
+        same = [abs(on_the_way_up.setdefault(each.alpha, each.airspeed) - each.airspeed)
+                < SAME * airspeed for each in (before, here) if each is not None]
+        passed = before is not None and here.status is Status.CONVERGED \
+            and (here.airspeed - airspeed) * (before.airspeed - airspeed) <= 0.0
+        if passed and (here.alpha > before.alpha or here.alpha < before.alpha and not all(same)):
+            crossing = brentq(lambda a, start: at(a, start).airspeed - airspeed, before.alpha,
+                              here.alpha, args=(delta0,), xtol=1e-10)
+            trim = at(crossing, delta0)
+            if trim.status is Status.CONVERGED and all(
+                    abs(trim.alpha - other.alpha) > SAME for other in found):
+                found.append(trim)
+        before = here if here.status is Status.CONVERGED else None
+    return sorted(found, key=lambda trim: trim.alpha)

@@ -1,0 +1,115 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Steady flights as plain results: along airspeed or angle of attack, and all that there are.
+
+What is returned is what ``--json`` writes; see `jobs`.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import asdict, replace
+
+import numpy as np
+
+from poststall_sim import jobs, manoeuvre
+from poststall_sim import polar as polars
+from poststall_sim import trim as trims
+from poststall_sim.aero.model import Model
+from poststall_sim.atmosphere import standard_air
+from poststall_sim.frames import GRAVITY
+from poststall_sim.jobs import Result
+from poststall_sim.manoeuvre import Task
+from poststall_sim.state import Status
+from poststall_sim.trim import Trim
+
+SEARCHED = np.radians(np.arange(-8.0, 61.0, 2.0))
+"""Angles of attack along which the branches of trims are followed [rad]."""
+
+
+def explained(message: str) -> str:
+    """Return why there is no trim at an airspeed, with what to think of where it is unclear."""
+    unclear = 'no balance found' in message
+    return message + ('; too slow or too fast for level flight?' if unclear else '')
+
+
+def straight_trims(model: Model, airspeeds: Sequence[float], *, altitude: float,
+                   climb_angle: float) -> Iterator[Result]:
+    """
+    Yield the trim at each airspeed [m/s], each searched from the angle of the one before.
+
+    Without an engine they are glides, and climb_angle [rad] is found instead of given.
+    """
+    alpha0 = math.radians(4.0)
+    for airspeed in airspeeds:
+        found = trims.straight(model, airspeed=airspeed, altitude=altitude,
+                               climb_angle=climb_angle, alpha0=alpha0)
+        if found.status is Status.CONVERGED:
+            alpha0 = found.alpha
+        row = trim_result(model, found, _kind(model), altitude)
+        yield {**row, 'message': explained(row['message'])}
+
+
+def _kind(model: Model) -> str:
+    return 'powered' if model.aircraft.engines else 'glide'
+
+
+def along_alpha(model: Model, alphas: Sequence[float], *, altitude: float,
+                climb_angle: float | None = None) -> Iterator[Result]:
+    """Yield the glide at each alpha [rad], or the flight along a climb angle."""
+    delta0 = None
+    for alpha in alphas:
+        if climb_angle is None:
+            found = trims.glide(model, alpha=alpha, altitude=altitude, delta0=delta0)
+        else:
+            found = trims.powered(model, alpha=alpha, altitude=altitude, delta0=delta0,
+                                  climb_angle=climb_angle)
+        if found.status is Status.CONVERGED:
+            delta0 = found.aero.strips.delta
+        yield trim_result(model, found, 'glide' if climb_angle is None else 'at alpha', altitude)
+
+
+def manoeuvres(model: Model, tasks: Iterable[Task], *, altitude: float) -> Iterator[Result]:
+    """Yield the steady flight of each task, each searched from the one before."""
+    before = None
+    for task in tasks:
+        found = manoeuvre.steady(model, task, altitude=altitude, start=before)
+        if before is not None and found.status is not Status.CONVERGED:
+            found = manoeuvre.steady(model, task, altitude=altitude)
+        before = found if found.status is Status.CONVERGED else None
+        yield trim_result(model, found, 'steady', altitude)
+
+
+def pulling(task: Task, load_factor: float) -> Task:
+    """Return the task at the lowest point of a pull-up with a load factor; it has an airspeed."""
+    excess = load_factor - math.cos(task.climb_angle or 0.0)
+    return replace(task, pull_rate=excess * GRAVITY / task.airspeed)
+
+
+def all_trims(model: Model, airspeed: float, *, altitude: float, climb_angle: float,
+              told: Callable[[], None]) -> Iterator[Result]:
+    """Yield all straight trims at an airspeed [m/s]; see `manoeuvre.branches`."""
+    for found in manoeuvre.branches(model, airspeed=airspeed, altitude=altitude, alphas=SEARCHED,
+                                    climb_angle=climb_angle, told=told):
+        yield trim_result(model, found, _kind(model), altitude)
+
+
+def trim_result(model: Model, found: Trim, kind: str, altitude: float) -> Result:
+    """Return a trim; kind : `powered` or `glide` if it is straight, else `steady`."""
+    density = standard_air(altitude).density
+    controls = {f'{name}_deg': math.degrees(value) for name, value in
+                zip(model.aircraft.control_names, found.controls.deflections)}
+    return {'kind': kind, 'trimmed': found.status is Status.CONVERGED, 'message': found.message,
+            'airspeed_m_s': float(found.airspeed), 'alpha_deg': math.degrees(found.alpha),
+            'elevator_deg': controls[f'{trims.PITCH_CONTROL}_deg'],
+            'throttle': float(found.controls.throttle),
+            'climb_angle_deg': math.degrees(found.climb_angle),
+            'sink_rate_m_s': -float(found.airspeed) * math.sin(found.climb_angle),
+            'beta_deg': math.degrees(found.beta), 'bank_deg': math.degrees(found.bank),
+            'turn_rate_deg_s': math.degrees(found.turn_rate),
+            'pull_rate_deg_s': math.degrees(found.pull_rate),
+            'residual': float(np.abs(found.residual).max()),
+            **asdict(polars.coefficients(
+                model, found.aero, found.alpha, 0.5 * density * found.airspeed ** 2)),
+            **jobs.solved(found.aero), 'controls': controls,
+            'strips': jobs.strip_columns(model, found.aero)}

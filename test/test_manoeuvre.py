@@ -1,0 +1,234 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""Steady flight of any kind: held to Newton's laws as the simulation has them, and to flight."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from poststall_sim import cli, definition, manoeuvre, simulation, trim, trim_jobs
+from poststall_sim.aero import model as models
+from poststall_sim.aero.model import Settings
+from poststall_sim.aircraft import ConfigError
+from poststall_sim.frames import GRAVITY, euler_from_quaternion, quaternion_rate, rotation
+from poststall_sim.manoeuvre import Task
+from poststall_sim.state import BodyState, Status
+
+ALTITUDE = 150.0
+FEW = ('--panels', '2', '--strips', 'wing=8', '--strips', 'tail=4', '--strips', 'fin=2')
+TURN = math.radians(20.0)
+
+
+def trainer():
+    return definition.aircraft(definition.find('aircraft', 'trainer'))
+
+
+@pytest.fixture(scope='module')
+def model():
+    """Return the trainer on few panels; quasi-steady, so that a turn's wake is that of a trim."""
+    surfaces = tuple(replace(surface, strips=strips)
+                     for surface, strips in zip(trainer().surfaces, (8, 4, 2)))
+    return models.build(replace(trainer(), surfaces=surfaces),
+                        Settings(chordwise=2, unsteady=False, tolerance=1e-9))
+
+
+def steady(model, **asked):
+    found = manoeuvre.steady(model, Task(**asked), altitude=ALTITUDE)
+    assert found.status is Status.CONVERGED, found.message
+    assert found.message == 'trimmed' and np.abs(found.residual).max() <= trim.ACCEPTED
+    return found
+
+
+def begun(model, found, dt_ns=10_000_000):
+    """Return a flight that begins as it was trimmed."""
+    body = BodyState(np.array([0.0, 0.0, -ALTITUDE]), found.velocity_B, found.rates_B, found.q_NB)
+    return simulation.Flight(model, body, found.controls, dt_ns=dt_ns,
+                             delta0=found.aero.strips.delta)
+
+
+def deflection(model, found, name):
+    return math.degrees(found.controls.deflections[model.aircraft.control_names.index(name)])
+
+
+MANOEUVRES = {
+    'level': {'airspeed': 15.0},
+    'climb': {'airspeed': 13.0, 'climb_angle': math.radians(6.0)},
+    'full throttle': {'alpha': math.radians(5.0), 'climb_angle': None, 'throttle': 1.0},
+    'glide past the stall': {'alpha': math.radians(21.0), 'climb_angle': None, 'throttle': 0.0},
+    'turn': {'airspeed': 15.0, 'turn_rate': TURN},
+    'coordinated descent': {'airspeed': 15.0, 'bank': math.radians(-45.0), 'turn_rate': None,
+                            'climb_angle': math.radians(-3.0), 'coordinated': True},
+    'sideslip': {'airspeed': 15.0, 'beta': math.radians(8.0)},
+    'pull-up': {'airspeed': 18.0, 'pull_rate': 0.5},
+    'stuck rudder': {'airspeed': 15.0, 'held': {'rudder': math.radians(5.0)}},
+    'stuck elevator': {'held': {'elevator': math.radians(-3.0)}}}
+
+
+@pytest.mark.parametrize('name', MANOEUVRES)
+def test_nothing_but_the_turn_itself_accelerates_the_aircraft(model, name):
+    """Newton's and Euler's laws, as the simulation has them: to 1e-5 of g, the trim asks 1e-6."""
+    found = steady(model, **MANOEUVRES[name])
+    snapshot = begun(model, found).snapshot
+    turning = np.cross(found.rates_B, found.velocity_B)
+    assert snapshot.acceleration_B == pytest.approx(turning, abs=1e-5 * GRAVITY)
+    assert snapshot.rate_change_B == pytest.approx(np.zeros(3), abs=1e-4)
+    climbing = -(rotation(found.q_NB) @ found.velocity_B)[2] / found.airspeed
+    assert climbing == pytest.approx(math.sin(found.climb_angle), abs=1e-12)
+
+
+def test_attitude_of_a_turn_stays_but_for_the_heading(model):
+    found = steady(model, airspeed=15.0, turn_rate=TURN)
+    later = found.q_NB + 1e-4 * quaternion_rate(found.q_NB, found.rates_B)
+    roll, pitch, yaw = euler_from_quaternion(later / np.linalg.norm(later))
+    first = euler_from_quaternion(found.q_NB)
+    assert (roll, pitch) == pytest.approx(first[:2], abs=1e-8)
+    assert yaw == pytest.approx(1e-4 * TURN, rel=1e-4)
+
+
+def test_coordinated_turn_has_the_bank_and_the_load_factor_of_its_circle(model):
+    """
+    No side force is felt, so gravity and lift alone make the circle: tan(bank) = V rate/g.
+
+    To 1 %: bank is of the body, whose y axis a sideslip of 1 deg turns out of the circle.
+    """
+    found = steady(model, airspeed=15.0, turn_rate=TURN, coordinated=True)
+    assert math.tan(found.bank) == pytest.approx(15.0 * TURN / GRAVITY, rel=0.02)
+    snapshot = begun(model, found).snapshot
+    assert snapshot.specific_force_B[1] == pytest.approx(0.0, abs=1e-5 * GRAVITY)
+    assert snapshot.load_factor == pytest.approx(1.0 / math.cos(found.bank), rel=0.01)
+    other = steady(model, airspeed=15.0, turn_rate=-TURN, coordinated=True)
+    assert other.bank == pytest.approx(-found.bank, abs=1e-6)
+    assert other.alpha == pytest.approx(found.alpha, abs=1e-6)
+
+
+def test_bank_given_finds_the_turn_that_has_it(model):
+    turn = steady(model, airspeed=15.0, turn_rate=TURN)
+    found = steady(model, airspeed=15.0, bank=turn.bank, turn_rate=None)
+    assert found.turn_rate == pytest.approx(TURN, rel=1e-5)
+
+
+def test_rudder_held_where_a_sideslip_needs_it_gives_that_sideslip(model):
+    slipping = steady(model, airspeed=15.0, beta=math.radians(8.0))
+    rudder = deflection(model, slipping, 'rudder')
+    assert rudder > 1.0   # trailing edge left holds the nose left of a wind from the right
+    assert deflection(model, slipping, 'aileron') > 0.5   # against the dihedral
+    found = steady(model, airspeed=15.0, held={'rudder': math.radians(rudder)})
+    assert math.degrees(found.beta) == pytest.approx(8.0, abs=1e-3)
+
+
+def test_elevator_held_where_an_airspeed_needs_it_gives_that_airspeed(model):
+    level = steady(model, airspeed=12.0)
+    found = steady(model, held={'elevator': math.radians(deflection(model, level, 'elevator'))})
+    assert found.airspeed == pytest.approx(12.0, abs=1e-3)
+
+
+def test_symmetric_flight_is_that_of_three_balances_and_moves_nothing_sideways(model):
+    for asked, same in (
+            ({'airspeed': 15.0}, trim.straight(model, airspeed=15.0, altitude=ALTITUDE)),
+            ({'alpha': 0.35, 'climb_angle': None, 'throttle': 0.0},
+             trim.glide(model, alpha=0.35, altitude=ALTITUDE)),
+            ({'alpha': 0.3}, trim.powered(model, alpha=0.3, altitude=ALTITUDE))):
+        found = steady(model, **asked)
+        assert (found.airspeed, found.alpha, found.climb_angle, found.controls.throttle) == \
+            pytest.approx((same.airspeed, same.alpha, same.climb_angle, same.controls.throttle),
+                          abs=1e-6)
+        assert found.beta == found.bank == 0.0
+        assert deflection(model, found, 'aileron') == deflection(model, found, 'rudder') == 0.0
+
+
+def test_what_the_controls_do_not_reach_is_said_with_the_nearest_flight(model):
+    task = Task(airspeed=15.0, beta=math.radians(33.0))
+    found = manoeuvre.steady(model, task, altitude=ALTITUDE)
+    assert found.status is Status.NOT_CONVERGED
+    assert 'rudder 25 deg at the limit' in found.message and '(yawing)' in found.message
+    assert np.abs(found.residual).max() > 0.01
+    limits = dict(zip(model.aircraft.control_names, model.aircraft.controls))['rudder'].limits
+    assert math.radians(deflection(model, found, 'rudder')) <= limits[1]
+
+
+def test_too_many_and_too_few_unknowns_are_named(model):
+    for asked, said in (
+            ({}, 'here airspeed, alpha, throttle, elevator: give another'),
+            ({'airspeed': 15.0, 'alpha': 0.1}, 'here throttle, elevator: leave another open'),
+            ({'airspeed': 15.0, 'turn_rate': None}, 'here bank, turn_rate, aileron, rudder: give'),
+            ({'airspeed': 15.0, 'held': {'flap': 0.1}}, "no control 'flap' to hold")):
+        with pytest.raises(ConfigError, match=said):
+            manoeuvre.steady(model, Task(**asked), altitude=ALTITUDE)
+
+
+def test_an_airspeed_near_the_stall_has_two_trims_and_both_are_found(model):
+    told = []
+    low, high = manoeuvre.branches(
+        model, airspeed=9.0, altitude=ALTITUDE, alphas=np.radians([10.0, 17.0, 22.0]),
+        told=lambda: told.append(1))
+    assert len(told) == 6
+    for found, alpha in ((low, 13.0), (high, 20.0)):
+        assert found.status is Status.CONVERGED and found.airspeed == pytest.approx(9.0, abs=1e-9)
+        assert math.degrees(found.alpha) == pytest.approx(alpha, abs=1.5)
+        straight = trim.straight(model, airspeed=9.0, altitude=ALTITUDE, alpha0=found.alpha)
+        assert straight.alpha == pytest.approx(found.alpha, abs=1e-6)
+    assert manoeuvre.branches(model, airspeed=7.0, altitude=ALTITUDE,
+                              alphas=np.radians([5.0, 17.0])) == []
+
+
+def stays(flight, found, seconds):
+    while flight.snapshot.time < seconds:
+        flight.step(found.controls)
+        assert flight.snapshot.airspeed == pytest.approx(found.airspeed, abs=0.1)
+        assert flight.snapshot.alpha == pytest.approx(found.alpha, abs=math.radians(0.1))
+
+
+def test_a_minute_of_level_flight_stays_on_its_trim():
+    """With its wake in the air; measured: 1e-3 m/s and 4e-4 deg."""
+    unsteady = models.build(trainer())
+    found = steady(unsteady, airspeed=15.0)
+    stays(begun(unsteady, found, dt_ns=12_000_000), found, 60.0)
+
+
+def test_a_turn_stays_on_its_trim_where_its_wake_is_straight(model):
+    """As in the trim; a wake that lies in the air curves with the turn, and costs 0.5 m/s."""
+    found = steady(model, airspeed=15.0, turn_rate=TURN, coordinated=True)
+    stays(begun(model, found, dt_ns=20_000_000), found, 6.0)
+
+
+def result(tmp_path, *words, code=0):
+    path = tmp_path / 'trim.json'
+    assert cli.main(['trim', *FEW, *words, '--json', str(path)]) == code
+    return json.loads(path.read_text())['trims']
+
+
+def test_command_line_asks_for_all_of_them(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(trim_jobs, 'SEARCHED', np.radians([9.0, 16.0]))
+    turn, = result(tmp_path, '--airspeed', '15', '--turn', '20', '--coordinated')
+    assert turn['turn_rate_deg_s'] == pytest.approx(20.0) and 25.0 < turn['bank_deg'] < 32.0
+    banked, = result(tmp_path, '--airspeed', '15', '--bank', '-30')
+    assert banked['turn_rate_deg_s'] < -15.0
+    slipping, = result(tmp_path, '--airspeed', '15', '--sideslip', '5')
+    assert slipping['beta_deg'] == pytest.approx(5.0) and slipping['turn_rate_deg_s'] == 0.0
+    pulled, = result(tmp_path, '--airspeed', '15', '--pull-up', '2')
+    assert math.radians(pulled['pull_rate_deg_s']) == pytest.approx(GRAVITY / 15.0)
+    stuck, = result(tmp_path, '--hold', 'elevator=-3')
+    assert stuck['controls']['elevator_deg'] == pytest.approx(-3.0)
+    climbing, = result(tmp_path, '--alpha', '4', '--throttle', '1')
+    assert climbing['climb_angle_deg'] > 5.0 and climbing['throttle'] == 1.0
+    level = result(tmp_path, '--alpha', '4:20:8', '--climb', '0')
+    assert [each['kind'] for each in level] == ['at alpha'] * 3
+    assert all(each['sink_rate_m_s'] == pytest.approx(0.0, abs=1e-9) for each in level)
+    both = result(tmp_path, '--airspeed', '9', '--all')
+    assert [each['trimmed'] for each in both] == [True] and 9.0 < both[0]['alpha_deg'] < 16.0
+    assert 'bank' not in capsys.readouterr().out.splitlines()[-3]
+
+
+@pytest.mark.parametrize('words, said', [
+    (['--airspeed', '15', '--all', '--turn', '5'], '--all is of straight flight'),
+    (['--alpha', '4', '--pull-up', '2'], '--pull-up is of an airspeed'),
+    (['--airspeed', '15', '--climb', '2', '--throttle', '1'], 'give one, the other is found'),
+    (['--airspeed', '15', '--alpha', '4', '--turn', '5'], 'give one of them'),
+    (['--airspeed', '15', '--hold', 'rudder=40'], 'rudder goes from -25 to 25 deg, got 40'),
+    (['--airspeed', '15', '--hold', 'elevator=0'], 'leave another open')])
+def test_options_that_do_not_go_together_are_refused(words, said, capsys):
+    assert cli.main(['trim', *FEW, *words]) == 2
+    assert said in capsys.readouterr().err
