@@ -31,6 +31,8 @@ _STEP, _PER_STEP = 2.0 * math.pi / GRID, GRID / (2.0 * math.pi)
 CL, CD, CM = 0, 1, 2
 """Index of a coefficient in a curve."""
 
+_NARROWEST = math.radians(1.0)
+"""No flap loses its effect within less."""
 _ATTACHED = math.radians(30.0)
 """The zero-lift angle and the stall angles are looked for within this of zero."""
 
@@ -158,11 +160,15 @@ def _polar(curve: FloatArray, name: str) -> SectionPolar:
         return angles[best]
 
     def separated(begin: float, side: int) -> float:
-        past = begin + side * np.linspace(0.0, math.pi / 2.0, 361)
-        attached = side * 2.0 * math.pi * np.sin(past - zero_lift)
-        left = side * np.array([cl(angle) for angle in past]) - LEFT * attached
-        below = np.flatnonzero(left <= 0.0)
-        return float(past[below[0]]) if below.size else side * math.inf
+        def left(angle: float) -> float:
+            return side * (cl(angle) - LEFT * 2.0 * math.pi * math.sin(angle - zero_lift))
+
+        past = begin + side * np.linspace(_NARROWEST, math.pi / 2.0, 361)
+        below = np.flatnonzero([left(angle) <= 0.0 for angle in past])
+        if not below.size:
+            return side * math.inf
+        return brentq(left, past[below[0] - 1], past[below[0]], xtol=1e-14) if below[0] \
+            else float(past[0])
 
     high, low = stall(1), stall(-1)
     return SectionPolar(
