@@ -35,6 +35,8 @@ extras = {
     'control': ['control>=0.9.4'],
 }
 extras['all'] = sorted(sum(extras.values(), []))
+# Not in `all`: it brings CasADi and pandas, 300 MB, and only tools/make_polars.py asks for it.
+extras['polars'] = ['neuralfoil>=0.3']
 extras['test'] = [
     'hypothesis',
     'pytest>=7.4',

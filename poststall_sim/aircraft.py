@@ -15,6 +15,7 @@ import numpy as np
 from poststall_sim.controls import Control, Movable, movables
 from poststall_sim.engines import Engine
 from poststall_sim.frames import FloatArray
+from poststall_sim.nonlifting import NonliftingBody
 from poststall_sim.records import ConfigError, read_only, require_positive
 
 
@@ -24,7 +25,9 @@ class Airfoil:
     Measured or computed curves of one section over a full turn.
 
     alpha : (n,) strictly increasing from -pi to pi [rad]; cl, cd, cm : (n,) [-], cm about the
-    quarter chord, nose-up positive; the last row equals the first.
+    quarter chord, nose-up positive; the last row equals the first. reynolds : that they hold for,
+    None if that is not known; deflection : of a plain flap that they were made with [rad], above
+    0 where it adds lift. An aircraft may have several of one name, no two for the same of these.
     """
 
     name: str
@@ -32,6 +35,8 @@ class Airfoil:
     cl: FloatArray
     cd: FloatArray
     cm: FloatArray
+    reynolds: float | None = None
+    deflection: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse tables that are not curves over a full turn."""
@@ -61,6 +66,11 @@ class Airfoil:
             if abs(values[0] - values[-1]) > 1e-9:
                 raise ConfigError(f'airfoil {self.name}: {key} must be the same at -180 and 180 '
                                   f'deg, got {values[0]:g} and {values[-1]:g}')
+        if self.reynolds is not None:
+            require_positive(f'airfoil {self.name}: reynolds', self.reynolds, 'number')
+        if not abs(self.deflection) <= math.pi / 2:
+            raise ConfigError(f'airfoil {self.name}: a flap must be deflected by at most 90 deg, '
+                              f'got {math.degrees(self.deflection):g}')
         if self.cd.min() < 0.0:
             raise ConfigError(f'airfoil {self.name}: cd must not be negative, got '
                               f'{self.cd.min():g}')
@@ -190,6 +200,7 @@ class Aircraft:
     mass: MassProperties
     controls: tuple[Control, ...] = ()
     engines: tuple[Engine, ...] = ()
+    bodies: tuple[NonliftingBody, ...] = ()
     control_names: tuple[str, ...] = field(init=False)
     movables: tuple[Movable, ...] = field(init=False)
     mixing: FloatArray = field(init=False)
@@ -198,12 +209,24 @@ class Aircraft:
         """Refuse names that point nowhere or twice."""
         if not self.surfaces:
             raise ConfigError('an aircraft needs at least one surface')
-        for kind, names in (('surface', [s.name for s in self.surfaces]),
-                            ('airfoil', [a.name for a in self.airfoils]),
-                            ('control', [c.name for c in self.controls])):
+        for kinds, names in (('surfaces', [s.name for s in self.surfaces]),
+                             ('controls', [c.name for c in self.controls]),
+                             ('bodies', [b.name for b in self.bodies])):
             for name in names:
                 if names.count(name) > 1:
-                    raise ConfigError(f'two {kind}s are named {name}')
+                    raise ConfigError(f'two {kinds} are named {name}')
+        for name in dict.fromkeys(airfoil.name for airfoil in self.airfoils):
+            family = [airfoil for airfoil in self.airfoils if airfoil.name == name]
+            levels = list(dict.fromkeys(airfoil.deflection for airfoil in family))
+            if 0.0 not in levels:
+                raise ConfigError(f'airfoil {name}: a table with the flap at 0 deg must be there')
+            for level in levels:
+                tables = [each.reynolds for each in family if each.deflection == level]
+                if len(tables) > 1 and (None in tables or len(set(tables)) < len(tables)):
+                    told = ', '.join(f'{each:g}' if each else 'none' for each in tables)
+                    raise ConfigError(
+                        f'two airfoils are named {name}: several tables of one section need a '
+                        f'Reynolds number each, got {told}')
         if any(control.name == 'throttle' for control in self.controls):
             raise ConfigError("a control must not be named throttle: that is the engines' name")
         airfoils = {airfoil.name for airfoil in self.airfoils}

@@ -17,7 +17,13 @@ from pathlib import Path
 
 import numpy as np
 
-from poststall_sim import control_reader, engine_reader, failure_reader
+from poststall_sim import (
+    airfoil_reader,
+    body_reader,
+    control_reader,
+    engine_reader,
+    failure_reader,
+)
 from poststall_sim.aircraft import (
     Aircraft,
     Airfoil,
@@ -122,7 +128,8 @@ def aircraft(path: str | os.PathLike[str]) -> Aircraft:
     read.text('description', default='', free=True)
     name = read.text('name')
     files = read.mapping('airfoils')
-    airfoils = tuple(_airfoil(files, key, Path(path).parent) for key in files.names())
+    airfoils = tuple(table for key in files.names()
+                     for table in _airfoil(files, key, Path(path).parent))
     surfaces: tuple[Surface, ...] = ()
     for item in read.mappings('surfaces'):
         surface = _surface(item, {key: key for key in files.names()})
@@ -137,7 +144,8 @@ def aircraft(path: str | os.PathLike[str]) -> Aircraft:
         mass=_mass_properties(read.mapping('mass')),
         controls=tuple(control_reader.control(controls.mapping(key), key, surfaces)
                        for key in controls.names()),
-        engines=tuple(engine_reader.engine(item) for item in read.mappings('engines', default=[])))
+        engines=tuple(engine_reader.engine(item) for item in read.mappings('engines', default=[])),
+        bodies=tuple(body_reader.body(item) for item in read.mappings('bodies', default=[])))
 
 
 def scenario(path: str | os.PathLike[str]) -> Scenario:
@@ -156,13 +164,15 @@ def scenario(path: str | os.PathLike[str]) -> Scenario:
         faults=tuple(failure_reader.fault(item) for item in read.mappings('failures', default=[])))
 
 
-def _airfoil(read: Reader, key: str, folder: Path) -> Airfoil:
-    name, where = read.file_or_mapping(key)
-    try:
-        path = find(Kind.AIRFOIL, name, beside=folder)
-    except ConfigError as error:
-        raise where.error(f'must be a file with curves, but {error}') from None
-    return airfoil(path, key)
+def _airfoil(read: Reader, key: str, folder: Path) -> list[Airfoil]:
+    tables = []
+    for name, where, reynolds, deflection in airfoil_reader.named(read, key):
+        try:
+            path = find(Kind.AIRFOIL, name, beside=folder)
+        except ConfigError as error:
+            raise where.error(f'must be a file with curves, but {error}') from None
+        tables.append(airfoil(path, key, reynolds, deflection))
+    return tables
 
 
 def _surface(read: Reader, airfoils: Mapping[str, str]) -> Surface:

@@ -87,7 +87,8 @@ def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = No
     known, unknown = _unknowns(model, task)
     bounds = _BOUNDS | {control.name: control.limits for control in aircraft.controls}
     low, high = (np.array([bounds[name][side] for name in unknown]) for side in (0, 1))
-    tight, density = trims.tight(model), standard_air(altitude).density
+    tight, air = trims.tight(model), standard_air(altitude)
+    density = air.density
     delta = None if start is None else start.aero.strips.delta
     last: dict[str, AeroResult] = {}
 
@@ -100,7 +101,8 @@ def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = No
             aero=None, status=Status.NOT_CONVERGED, message='', beta=value['beta'],
             bank=value['bank'], turn_rate=value['turn_rate'], pull_rate=task.pull_rate)
         aero = solver.steady(
-            tight, Onset(body_to_geometry(-found.velocity_B), body_to_geometry(found.rates_B)),
+            tight.at(found.airspeed, air.kinematic_viscosity, deflections),
+            Onset(body_to_geometry(-found.velocity_B), body_to_geometry(found.rates_B)),
             deflections, density=density,
             delta0=last['aero'].strips.delta if last else delta)
         last['aero'] = aero

@@ -96,11 +96,13 @@ def begin(model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
           time_ns: int = 0) -> tuple[FlightState, Snapshot]:
     """Return the first state of a flight, on the steady wake of its onset."""
     told = limited(model.aircraft, controls)
-    density = standard_air(body.altitude).density
+    air = standard_air(body.altitude)
+    density, onset = air.density, _onset(body, wind_N)
     moved = control_system.at_rest(model, told.deflections, failed, dt_ns * 1e-9)
     controls = Controls(control_system.shown(model, moved), told.throttle)
     flow, aero = solver.start(
-        model, _onset(body, wind_N), placement(model.aircraft, body), told.deflections,
+        model.at(onset.airspeed, air.kinematic_viscosity, told.deflections, moved.angles), onset,
+        placement(model.aircraft, body), told.deflections,
         density=density, dt=dt_ns * 1e-9, delta0=delta0, angles=moved.angles)
     moved = control_system.in_flow(model, moved, aero.strips.alpha)
     motion = np.concatenate([body.velocity_B, body.rates_B])
@@ -132,7 +134,8 @@ def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
     control_state = control_system.advance(
         model, state.control_system, told.deflections, failed, dt)
     controls = Controls(control_system.shown(model, control_state), told.throttle)
-    density = standard_air(state.body.altitude).density
+    air = standard_air(state.body.altitude)
+    density = air.density
     added, rigid = _inertia(model, density)
 
     guess = rigid_body.advance(state.body, state.load, state.load, dt, **rigid)
@@ -148,8 +151,10 @@ def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
 
         def drift_at(points_N: FloatArray) -> FloatArray:
             return dt * (gusts(time, points_N) - here)
+    onset = _onset(guess, wind_N, gust)
     flow, aero = solver.advance(
-        model, state.flow, _onset(guess, wind_N, gust), place, told.deflections,
+        model.at(onset.airspeed, air.kinematic_viscosity, told.deflections, control_state.angles),
+        state.flow, onset, place, told.deflections,
         density=density, dt=dt, drift_N=wind_N * dt, drift_at=drift_at,
         angles=control_state.angles)
     control_state = control_system.in_flow(model, control_state, aero.strips.alpha)
@@ -257,8 +262,7 @@ class Flight:
         self.trim = limited(model.aircraft, controls)
         self.wind_N = np.array(wind_N, dtype=float)
         self.gusts: Gusts | None = None
-        self._failed: Failed = ()
-        self._failures: Mapping[str, Failure] = {}
+        self.failures = {}
         # Through the air: a reset in another wind is as trimmed as the start was.
         self._first = replace(body, velocity_B=_air_velocity(body, self.wind_N))
         self._delta0 = delta0

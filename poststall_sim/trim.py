@@ -17,7 +17,7 @@ from poststall_sim.aero import solver
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.atmosphere import standard_air
+from poststall_sim.atmosphere import Air, standard_air
 from poststall_sim.frames import (
     GRAVITY,
     FloatArray,
@@ -91,6 +91,8 @@ def pitch_angle(alpha: float, beta: float, bank: float, climb_angle: float) -> f
         + math.atan2(b, a)
 
 
+SPEED_LIMIT, SAME_SPEED = 30, 1e-9
+"""How often a glide's airspeed is put into its Reynolds numbers, and when that is enough."""
 TIGHT = 1e-9
 """Residual of the closure in a search: what it leaves must not pass for a change of balance."""
 
@@ -109,12 +111,14 @@ def _elevator(model: Model) -> int:
     return names.index(PITCH_CONTROL)
 
 
-def _loads(model: Model, airspeed: float, alpha: float, elevator: float, density: float,
-           delta0: FloatArray | None) -> AeroResult:
+def _loads(model: Model, airspeed: float, alpha: float, elevator: float, air: Air,
+           delta0: FloatArray | None, curves_at: float | None = None) -> AeroResult:
+    """Return steady loads; curves_at : the airspeed of the section curves, if it is another."""
     deflections = np.zeros(len(model.aircraft.controls))
     deflections[_elevator(model)] = elevator
     onset = Onset(body_to_geometry(-velocity_from_flow_angles(airspeed, alpha, 0.0)), np.zeros(3))
-    return solver.steady(model, onset, deflections, density=density, delta0=delta0)
+    flown = model.at(curves_at or airspeed, air.kinematic_viscosity, deflections)
+    return solver.steady(flown, onset, deflections, density=air.density, delta0=delta0)
 
 
 def _finish(model: Model, airspeed: float, alpha: float, climb_angle: float, elevator: float,
@@ -157,13 +161,13 @@ def _residual(model: Model, airspeed: float, alpha: float, climb_angle: float, t
                      moment[1] / (weight * aircraft.reference.chord)])
 
 
-def _balanced(model: Model, airspeed: float, alpha: float, density: float,
+def _balanced(model: Model, airspeed: float, alpha: float, air: Air,
               state: dict) -> tuple[float, AeroResult]:
     """Return the elevator that balances the pitching moment, or its better limit, and loads."""
     low, high = model.aircraft.controls[_elevator(model)].limits
 
     def pitching(elevator: float) -> float:
-        aero = _loads(model, airspeed, alpha, elevator, density, state['delta'])
+        aero = _loads(model, airspeed, alpha, elevator, air, state['delta'])
         state['aero'], state['delta'] = aero, aero.strips.delta
         return float(geometry_to_body(aero.moment_G)[1])
 
@@ -184,8 +188,7 @@ def straight(model: Model, *, airspeed: float, altitude: float, climb_angle: flo
     Elevator and throttle balance an aircraft with engines; without, elevator and climb angle do.
     alpha0 [rad] is where the search starts: it chooses the branch where there are several.
     """
-    model = tight(model)
-    density = standard_air(altitude).density
+    model, air = tight(model), standard_air(altitude)
     engines = bool(model.aircraft.engines)
     state = {'delta': None}
 
@@ -195,12 +198,12 @@ def straight(model: Model, *, airspeed: float, altitude: float, climb_angle: flo
 
     def imbalance(unknown: FloatArray) -> FloatArray:
         alpha, elevator, climb, throttle = flown(unknown)
-        aero = _loads(model, airspeed, alpha, elevator, density, state['delta'])
+        aero = _loads(model, airspeed, alpha, elevator, air, state['delta'])
         state['aero'], state['delta'] = aero, aero.strips.delta
         return _residual(model, airspeed, alpha, climb, throttle, aero)
 
     # From where the moments balance: far beyond its limits an elevator stalls, and does nothing.
-    elevator0, _ = _balanced(model, airspeed, alpha0, density, state)
+    elevator0, _ = _balanced(model, airspeed, alpha0, air, state)
     start = np.array([alpha0, elevator0, 0.3 if engines else -0.1])
     found = root(imbalance, start, method='hybr', tol=1e-12)
     imbalance(found.x)
@@ -216,16 +219,28 @@ def glide(model: Model, *, alpha: float, altitude: float,
     The elevator balances the pitching moment; then tan(climb_angle) = -CD / CL and the airspeed
     follows from the weight. delta0 (n,) carries the decambering of a neighbouring alpha along.
     """
-    model = tight(model)
-    density = standard_air(altitude).density
+    model, air = tight(model), standard_air(altitude)
+    airspeed = 20.0
+    for _ in range(SPEED_LIMIT):
+        found = _glide(model, airspeed, alpha, air, delta0)
+        # Coefficients know nothing of the airspeed but the Reynolds number.
+        if model.lattice.tables is None or \
+                abs(found.airspeed - airspeed) < SAME_SPEED * airspeed:
+            break
+        airspeed, delta0 = found.airspeed, found.aero.strips.delta
+    return found
+
+
+def _glide(model: Model, trial_speed: float, alpha: float, air: Air,
+           delta0: FloatArray | None) -> Trim:
+    """Return the glide with the section curves of a trial speed [m/s], whatever the airspeed."""
     weight = model.aircraft.mass.mass * GRAVITY
-    trial_speed = 20.0
     state = {'delta': delta0}
-    elevator, aero = _balanced(model, trial_speed, alpha, density, state)
+    elevator, aero = _balanced(model, trial_speed, alpha, air, state)
     stability = body_to_stability(geometry_to_body(aero.force_G), alpha)
     lift, drag = -float(stability[2]), -float(stability[0])
     airspeed = trial_speed * math.sqrt(weight / math.hypot(lift, drag))
-    aero = _loads(model, airspeed, alpha, elevator, density, state['delta'])
+    aero = _loads(model, airspeed, alpha, elevator, air, state['delta'], trial_speed)
     return _finish(model, airspeed, alpha, -math.atan2(drag, lift), elevator, 0.0, aero)
 
 
@@ -240,15 +255,14 @@ def powered(model: Model, *, alpha: float, altitude: float, climb_angle: float =
     if not model.aircraft.engines:
         raise ConfigError(f'{model.aircraft.name} has no engine to hold a climb angle with')
     gliding = glide(model, alpha=alpha, altitude=altitude, delta0=delta0)
-    model = tight(model)
-    density = standard_air(altitude).density
+    model, air = tight(model), standard_air(altitude)
     elevator0 = float(gliding.controls.deflections[_elevator(model)])
     state = {'delta': gliding.aero.strips.delta}
 
     def imbalance(unknown: FloatArray) -> FloatArray:
         share, elevator, throttle = (float(x) for x in unknown)
         airspeed = gliding.airspeed * share
-        aero = _loads(model, airspeed, alpha, elevator, density, state['delta'])
+        aero = _loads(model, airspeed, alpha, elevator, air, state['delta'])
         state['aero'], state['delta'] = aero, aero.strips.delta
         return _residual(model, airspeed, alpha, climb_angle, throttle, aero)
 

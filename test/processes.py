@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Real processes over real DDS for the node tests: start, watch, stop, talk to them."""
 
+import itertools
 import os
 import random
 import resource
@@ -140,6 +141,16 @@ class Probe:
         self.node.create_subscription(kind, topic, heard.append, qos)
         return heard
 
+    def collect_with_infos(self, kind, topic, qos):
+        """Return lists of the messages of a topic and of what the middleware says of each."""
+        heard, infos = [], []
+
+        def hear(message, info):
+            heard.append(message)
+            infos.append(info)
+        self.node.create_subscription(kind, topic, hear, qos)
+        return heard, infos
+
     def publisher(self, kind, topic):
         """Return a publisher that somebody listens to."""
         publisher = self.node.create_publisher(kind, topic, 10)
@@ -181,6 +192,27 @@ def send_until(probe, publisher, message, done, what):
     return probe.spin_until(again, what)
 
 
+def owed(infos, depth=10):
+    """
+    Return the numbers of the publications that a reliable topic owed its subscriber for ever.
+
+    Reliable with a history of 10 is a promise of each message until 10 newer ones have been
+    published. So one may be missing only where that happened before the subscriber, kept from
+    running, received what came next. infos : what rclpy says of each message that came, by one
+    publisher, to a subscription deeper than what it is behind by.
+    """
+    published = {info['publication_sequence_number']: info['source_timestamp'] for info in infos}
+    missing = []
+    for before, after in itertools.pairwise(infos):
+        first, last = (info['publication_sequence_number'] for info in (before, after))
+        for number in range(first + 1, last):
+            pushed_out = number + depth < last or published.get(
+                number + depth, after['received_timestamp'] + 1) <= after['received_timestamp']
+            if not pushed_out:
+                missing.append(number)
+    return missing
+
+
 class Reports:
     """The diagnostics of a node, and waiting for what they say."""
 
@@ -206,6 +238,9 @@ class Reports:
 
     def message(self, name):
         return self._status(name).message
+
+    def keys(self, name):
+        return {item.key for item in self._status(name).values}
 
     def value(self, name, key):
         return next(item.value for item in self._status(name).values if item.key == key)

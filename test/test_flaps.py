@@ -11,7 +11,7 @@ import pytest
 import wings
 from scipy.integrate import quad
 
-from poststall_sim.aero import flaps, solver
+from poststall_sim.aero import plate, solver
 from poststall_sim.aero.decambering import TWO_PI, Closure
 from poststall_sim.aero.flaps import LEFT, floating_ratio, look_up
 from poststall_sim.aero.model import Settings, build
@@ -45,7 +45,7 @@ def test_a_flap_ends_where_kirchhoff_leaves_a_quarter_of_the_lift():
         # The angle is one of those at every quarter of a degree.
         assert LEFT - 0.02 < cl / attached <= LEFT + 1e-3
     never = long_wing(wings.potential()).lattice
-    assert np.all(np.isposinf(never.separated_high)) and np.all(np.isneginf(never.separated_low))
+    assert np.all(never.separated_high > 1e8) and np.all(never.separated_low < -1e8)
 
 
 def test_what_is_left_of_a_flap_falls_smoothly_from_one_to_nothing():
@@ -72,7 +72,7 @@ def test_what_is_left_of_a_flap_falls_smoothly_from_one_to_nothing():
 def test_section_with_a_flap_is_read_off_its_moved_curve(closure):
     """Attached: alpha + tau deflection, whole. Far past the stall: the plain section at alpha."""
     model = long_wing(closure=closure)
-    tau = flaps.flap_effectiveness(4, 0.75)
+    tau = plate.flap_effectiveness(4, 0.75)
     plain = model.lattice
     for deflection in (-8.0 * DEG, 8.0 * DEG):
         low = middle(model, 4.0 * DEG, deflection)
@@ -86,13 +86,13 @@ def test_section_with_a_flap_is_read_off_its_moved_curve(closure):
         assert high[1:3] == pytest.approx(clean[1:3], abs=2e-3)
         # Its moment as well: what the lattice still has of the flap is in the section's.
         assert high[3] - clean[3] == pytest.approx(
-            -flaps.load_moment(4, 0.75) * deflection, abs=2e-3)
+            -plate.flap_moment(4, 0.75) * deflection, abs=2e-3)
 
 
 def test_flap_at_a_stalled_section_has_less_effect_than_at_an_attached_one():
     """From 1 over a half to nothing, in lift per deflection over the slope of the curve."""
     model = long_wing()
-    lattice, tau = model.lattice, flaps.flap_effectiveness(4, 0.75)
+    lattice, tau = model.lattice, plate.flap_effectiveness(4, 0.75)
     way = lattice.separated_high[0] - lattice.stall_high[0]
     angles, left, slope = np.empty((3, 5))
     for share, expected in ((-0.3, 1.0), (0.5, 0.5), (1.2, 0.0)):
@@ -109,10 +109,10 @@ def test_moment_of_a_flap_tends_to_thin_airfoil_theory():
     """d(cm)/d(deflection) about the quarter chord is -sin t (1 - cos t)/2, cos t = 1 - 2 hinge."""
     for hinge in (0.5, 0.75):
         t = math.acos(1.0 - 2.0 * hinge)
-        errors = [flaps.load_moment(rows, hinge) + 0.5 * math.sin(t) * (1.0 - math.cos(t))
+        errors = [plate.flap_moment(rows, hinge) + 0.5 * math.sin(t) * (1.0 - math.cos(t))
                   for rows in (40, 80, 160)]
         assert abs(2.0 * errors[2] - errors[1]) < 1e-3 and abs(errors[2]) < 0.02
-    assert flaps.load_moment(4, 0.0) == pytest.approx(0.0, abs=1e-14)
+    assert plate.flap_moment(4, 0.0) == pytest.approx(0.0, abs=1e-14)
 
 
 def test_free_flap_floats_where_thin_airfoil_theory_has_no_hinge_moment():

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 import wings
 
-from poststall_sim.aero import flaps
 from poststall_sim.aero import lattice as lattices
-from poststall_sim.aero.flaps import flap_effectiveness, flat_plate_share
 from poststall_sim.aero.model import Settings, build
+from poststall_sim.aero.plate import flap_effectiveness, flat_plate_share, plate_vortices
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.controls import Control, Effector
 
@@ -142,7 +141,7 @@ def test_place_along_the_span_counts_the_true_length():
 def test_flat_plate_lattice_carries_the_circulation_of_a_plate_with_any_number_of_rows():
     """James' theorem: vortices at 1/4, points at 3/4 of equal panels give pi c V exactly."""
     for rows in (1, 2, 5, 16):
-        vortices = flaps._plate_vortices(np.ones(rows))
+        vortices = plate_vortices(np.ones(rows))
         assert vortices.sum() == pytest.approx(math.pi, rel=1e-12)
         share = flat_plate_share(rows)
         assert share[-1] == pytest.approx(1.0, abs=1e-14) and np.all(np.diff(share) > 0.0)

@@ -4,7 +4,7 @@
 Flaps in two-dimensional flow: what one does to a plate, to a section's curve, and to its hinge.
 
 A flap turns the normals of the panels behind its hinge, so that its effect in attached flow is
-the lattice's own, see `effectiveness`. The section's curve is moved by as much: a strip at alpha
+the lattice's own, see `plate`. The section's curve is moved by as much: a strip at alpha
 with the shift s = effectiveness x deflection works where the plain section does at
 
     x = alpha + s eta(alpha + s).
@@ -17,51 +17,17 @@ separation point, once it has reached the leading edge (as in Leishman & Beddoes
 ailerons lose their effect as the stall goes on was measured by Weick & Wenzinger, NACA TR 419,
 1932; the way it falls between those two angles is our own. Lift, drag and moment are all read at
 x, and the moment of the flap itself about the quarter chord, which the lattice has, fades with
-eta, see `load_moment`.
+eta. A section with tables of its flap has all that in them, and eta is 1.
 """
 
 import math
 
-import numpy as np
 from numba import njit
-
-from poststall_sim.frames import FloatArray
 
 _EXACT = {'cache': True, 'nogil': True}
 
 LEFT = 0.25
 """Share of the attached lift that Kirchhoff's flow has with separation at the leading edge."""
-
-
-def flat_plate_share(rows: int) -> FloatArray:
-    """
-    Return the circulation (rows,) of the rings of a two-dimensional plate, 1 at the last.
-
-    Rings carry the sum of the bound vortices ahead of them; the vortices at the quarter points
-    of equal panels under unit normalwash at the three-quarter points.
-    """
-    return np.cumsum(_plate_vortices(np.ones(rows))) / _plate_vortices(np.ones(rows)).sum()
-
-
-def flap_effectiveness(rows: int, hinge: float) -> float:
-    """
-    Return the lattice's own two-dimensional flap effectiveness -d(alpha_0L)/d(deflection).
-
-    Panels behind the hinge (share of the chord) turn whole, the panel cut by it by the share
-    of its chord behind it. Thin-airfoil theory is approached as rows grow.
-    """
-    return float(_plate_vortices(behind(rows, hinge)).sum()
-                 / _plate_vortices(np.ones(rows)).sum())
-
-
-def load_moment(rows: int, hinge: float) -> float:
-    """
-    Return the lattice's own d(cm)/d(deflection) of a flap about the quarter chord [1/rad].
-
-    Nose-up positive, at unit chord and airspeed: -2 times the moment of the bound vortices.
-    """
-    place = (np.arange(rows) + 0.25) / rows
-    return float(2.0 * _plate_vortices(behind(rows, hinge)) @ (0.25 - place))
 
 
 def floating_ratio(hinge: float) -> float:
@@ -81,19 +47,6 @@ def floating_ratio(hinge: float) -> float:
     by_alpha = rest * (cosine - 0.5) + sine * (1.0 - 0.5 * cosine)
     by_deflection = (rest * by_alpha + 0.5 * sine * (rest * cosine + sine)) / math.pi
     return by_alpha / by_deflection
-
-
-def _plate_vortices(normalwash: FloatArray) -> FloatArray:
-    """Return bound vortices (rows,) of a unit plate that cancel a normalwash (rows,)."""
-    rows = len(normalwash)
-    place = np.arange(rows) / rows
-    distance = (place + 0.75 / rows)[:, None] - (place + 0.25 / rows)[None, :]
-    return np.linalg.solve(1.0 / (2.0 * math.pi * distance), normalwash)
-
-
-def behind(rows: int, hinge: float) -> FloatArray:
-    """Return the share (rows,) of each panel's chord that lies behind a hinge."""
-    return np.clip(np.arange(1, rows + 1) - hinge * rows, 0.0, 1.0)
 
 
 @njit(**_EXACT)

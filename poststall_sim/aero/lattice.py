@@ -14,12 +14,13 @@ its tip); panels of a surface row by row from the leading edge, each row along t
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from poststall_sim.aero import flaps, polars
-from poststall_sim.aircraft import Aircraft, ConfigError, Section, Surface, read_only
+from poststall_sim.aero import plate, polars, reynolds
+from poststall_sim.aero.flaps import floating_ratio
+from poststall_sim.aircraft import Aircraft, ConfigError, Section, Surface
 from poststall_sim.controls import Movable
 from poststall_sim.frames import FloatArray, control_sign
 
@@ -49,7 +50,8 @@ class Lattice:
     Strips (n): span_axis, chord_axis, strip_normal, quarter_chord (n, 3), strip_chord (normal to
     the span axis), strip_width, strip_surface, span_place (along the span, for averaging),
     polar_index into curves (k, 3, 2, grid); zero_lift, stall_high, stall_low, separated_high,
-    separated_low (n,) see `SectionPolar`;
+    separated_low (n,) see `SectionPolar`; reynolds_range (n, 2) of the sections' tables and
+    tables: see `reynolds.StripCurves`;
     te_panel (n,) the ring at the trailing edge, te_node (n,) left node in a row of wake nodes;
     mirror (n,) the strip across the plane y = 0, itself where there is none.
 
@@ -86,6 +88,8 @@ class Lattice:
     zero_lift: FloatArray
     stall_high: FloatArray
     stall_low: FloatArray
+    reynolds_range: FloatArray
+    tables: reynolds.Tables | None
     te_panel: np.ndarray
     te_node: np.ndarray
     mirror: np.ndarray
@@ -143,6 +147,18 @@ class Lattice:
         """
         free = self.floating @ (alpha - angles @ self.pivot)
         return np.minimum(np.maximum(free, self.travel[:, 0]), self.travel[:, 1])
+    def at(self, airspeed: float, viscosity: float, angles: FloatArray) -> 'Lattice':
+        """
+        Return it with the section curves that it flies; itself where sections have one table.
+
+        airspeed [m/s], kinematic viscosity [m^2/s], angles (k,) of the movable parts [rad].
+        """
+        if self.tables is None:
+            return self
+        curves, landmarks = self.tables.at(
+            airspeed * self.tables.chord / viscosity, angles)
+        return replace(self, curves=curves, **dict(zip(
+            reynolds.LANDMARKS, np.ascontiguousarray(landmarks[self.polar_index].T))))
 
 
 def _stations(surface: Surface) -> tuple[list[Section], list[float]]:
@@ -192,12 +208,11 @@ class _SurfaceMesh:
 
     corners: FloatArray
     edges: FloatArray
-    polars: list
+    between: list[reynolds.Between]
 
 
-def _mesh(surface: Surface, rows: int,
-          sections_of: dict[str, polars.SectionPolar]) -> _SurfaceMesh:
-    """Return the panels' corners of a surface and the section curves along its strips."""
+def _mesh(surface: Surface, rows: int) -> _SurfaceMesh:
+    """Return the panels' corners of a surface and the sections that its strips lie between."""
     sections, place = _stations(surface)
     edges = _edges(place, surface.strips, surface.spacing_cosine, surface.symmetric)
     leading = np.array([s.leading_edge_G for s in sections])
@@ -216,20 +231,17 @@ def _mesh(surface: Surface, rows: int,
     rear = np.column_stack([np.interp(edges, place, trailing[:, k]) for k in range(3)])
     share = np.linspace(0.0, 1.0, rows + 1)[:, None, None]
     middles = 0.5 * (edges[1:] + edges[:-1])
-    along_strips = []
+    between = []
     for middle in middles:
         i = min(max(int(np.searchsorted(place, middle)) - 1, 0), len(sections) - 2)
-        along_strips.append(polars.mixture(
-            sections_of[sections[i].airfoil], sections_of[sections[i + 1].airfoil],
-            0.0 if sections[i].airfoil == sections[i + 1].airfoil
-            else (middle - place[i]) / (place[i + 1] - place[i])))
-    return _SurfaceMesh((1.0 - share) * front + share * rear, edges, along_strips)
+        between.append((sections[i].airfoil, sections[i + 1].airfoil,
+                        (middle - place[i]) / (place[i + 1] - place[i])))
+    return _SurfaceMesh((1.0 - share) * front + share * rear, edges, between)
 
 
 def build(aircraft: Aircraft, rows: int) -> Lattice:
     """Return the lattice of an aircraft with `rows` equal panels along every chord."""
-    sections_of = {a.name: polars.section_polar(a) for a in aircraft.airfoils}
-    meshes = [_mesh(surface, rows, sections_of) for surface in aircraft.surfaces]
+    meshes = [_mesh(surface, rows) for surface in aircraft.surfaces]
     grids, parts = [], []
     panel0 = strip0 = node0 = edge0 = 0
     for number, (surface, mesh) in enumerate(zip(aircraft.surfaces, meshes)):
@@ -243,27 +255,17 @@ def build(aircraft: Aircraft, rows: int) -> Lattice:
         node0, edge0 = grid.nodes.stop, grid.edges.stop
     arrays = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
 
-    distinct: list[polars.SectionPolar] = []
-    index = []
-    for mesh in meshes:
-        for polar in mesh.polars:
-            if not any(polar is known for known in distinct):
-                distinct.append(polar)
-            index.append(next(i for i, known in enumerate(distinct) if known is polar))
-    polar_index = np.array(index)
-    landmark = {
-        key: np.array([getattr(polar, key) for polar in distinct])[polar_index]
-        for key in ('zero_lift', 'stall_high', 'stall_low', 'separated_high', 'separated_low')}
-    movable = _movables(aircraft, grids, meshes, arrays, rows)
+    movable, flown = _movables(aircraft, grids, meshes, arrays, rows)
     mirror = _mirror(arrays['quarter_chord'], arrays['strip_chord'])
-    for array in (*arrays.values(), *landmark.values(), *movable.values(), mirror):
+    for array in (*arrays.values(), *movable.values(), mirror):
         array.setflags(write=False)
     return Lattice(
         grids=tuple(grids), mirror=mirror,
-        curves=read_only(np.stack([p.curve for p in distinct])), polar_index=polar_index,
+        curves=flown.curves, polar_index=flown.polar_index,
+        reynolds_range=flown.reynolds_range, tables=flown.tables,
         strip_names=tuple(f'{grid.name}_{i + 1}' for grid in grids
                           for i in range(grid.strips.stop - grid.strips.start)),
-        **landmark, **movable, **arrays)
+        **dict(zip(reynolds.LANDMARKS, flown.landmarks)), **movable, **arrays)
 
 
 def _mirror(place: FloatArray, chord: FloatArray) -> np.ndarray:
@@ -331,7 +333,7 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
         'tangent': _unit(np.cross(e[None], normal)).reshape(-1, 3),
         'area': area.ravel(),
         'panel_strip': np.tile(strip, M),
-        'panel_share': np.repeat(flaps.flat_plate_share(M), N),
+        'panel_share': np.repeat(plate.flat_plate_share(M), N),
         'wake_nodes': Z[-1].copy(),
         'span_axis': e, 'chord_axis': t, 'strip_normal': k,
         'quarter_chord': 0.5 * (quarter[1:] + quarter[:-1]),
@@ -345,34 +347,39 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
 
 
 def _movables(aircraft: Aircraft, grids: list[Grid], meshes: list[_SurfaceMesh],
-              arrays: dict[str, np.ndarray], rows: int) -> dict[str, FloatArray]:
-    """Return what the movable parts do per unit angle, see `Lattice`."""
+              arrays: dict[str, np.ndarray], rows: int,
+              ) -> tuple[dict[str, FloatArray], reynolds.StripCurves]:
+    """Return what the movable parts do per unit angle, see `Lattice`, and the strips' curves."""
     parts, panels, strips = aircraft.movables, len(arrays['area']), len(arrays['strip_chord'])
     turn = np.zeros((len(parts), panels))
-    shift, load_moment, pivot, floating = np.zeros((4, len(parts), strips))
+    shift, load_moment, pivot, floating, flap = np.zeros((5, len(parts), strips))
     names = [grid.name for grid in grids]
     for k, part in enumerate(parts):
         s = names.index(part.surface)
         grid = grids[s]
         sign = np.array([control_sign(each) for each in arrays['strip_normal'][grid.strips]])
         turned = sign * _covered(part, aircraft.surfaces[s], meshes[s].edges)
-        turn[k, grid.panels] = np.outer(flaps.behind(rows, part.hinge), turned).ravel()
+        turn[k, grid.panels] = np.outer(plate.behind(rows, part.hinge), turned).ravel()
         weights = turned * arrays['strip_width'][grid.strips]
-        floating[k, grid.strips] = -flaps.floating_ratio(part.hinge) * weights \
+        floating[k, grid.strips] = -floating_ratio(part.hinge) * weights \
             / np.abs(weights).sum()
         if part.hinge == 0.0:
             pivot[k, grid.strips] = turned
         else:
-            shift[k, grid.strips] = turned * flaps.flap_effectiveness(rows, part.hinge)
-            load_moment[k, grid.strips] = turned * flaps.load_moment(rows, part.hinge)
+            flap[k, grid.strips] = turned
+            shift[k, grid.strips] = turned * plate.flap_effectiveness(rows, part.hinge)
+            load_moment[k, grid.strips] = turned * plate.flap_moment(rows, part.hinge)
     for control, mixed in zip(aircraft.controls, aircraft.mixing.T):
         if not np.any(mixed @ turn):
             raise ConfigError(
                 f'control {control.name}: its effectors cancel or cover no strip')
+    flown = reynolds.strip_curves(
+        aircraft.airfoils, [each for mesh in meshes for each in mesh.between],
+        arrays['strip_chord'], flap, shift, load_moment)
     return {'turn': turn, 'shift': shift, 'load_moment': load_moment, 'pivot': pivot,
             'floating': floating, 'mixing': aircraft.mixing,
             'travel': np.array([part.travel for part in parts]).reshape(-1, 2),
-            'stops': np.array([part.stops for part in parts]).reshape(-1, 2)}
+            'stops': np.array([part.stops for part in parts]).reshape(-1, 2)}, flown
 
 
 def _covered(part: Movable, surface: Surface, edges: FloatArray) -> FloatArray:

@@ -149,6 +149,13 @@ class Model:
         length = float(np.ptp(self.lattice.wake_nodes[:, 0]))
         return length + 20.0 * float(self.lattice.strip_chord.max())
 
+    def at(self, airspeed: float, viscosity: float, deflections: FloatArray,
+           angles: FloatArray | None = None) -> 'Model':
+        """Return it with the curves that it flies, see `Lattice.at`, `boundary_condition`."""
+        angles = self.lattice.angles(deflections) if angles is None else angles
+        lattice = self.lattice.at(airspeed, viscosity, angles)
+        return self if lattice is self.lattice else replace(self, lattice=lattice)
+
     def wake_rows(self, step: float) -> int:
         """Return how many rows of wake are kept that are a step [m] long."""
         return max(2, math.ceil(self.wake_length / step))
@@ -165,6 +172,11 @@ class Onset:
     velocity_G: FloatArray
     rates_G: FloatArray
     gust: Callable[[FloatArray], FloatArray] | None = None
+
+    @property
+    def airspeed(self) -> float:
+        """Return the speed of the air past the centre of gravity [m/s]."""
+        return float(np.linalg.norm(self.velocity_G))
 
     def at(self, arm: FloatArray) -> FloatArray:
         """Return the velocity (..., 3) of the air past points at arms (..., 3) from the CG."""

@@ -31,6 +31,8 @@ _STEP, _PER_STEP = 2.0 * math.pi / GRID, GRID / (2.0 * math.pi)
 CL, CD, CM = 0, 1, 2
 """Index of a coefficient in a curve."""
 
+NEVER = 1e9
+"""An angle past all others [rad], finite so that it can be mixed."""
 _NARROWEST = math.radians(1.0)
 """No flap loses its effect within less."""
 _ATTACHED = math.radians(30.0)
@@ -85,7 +87,7 @@ class SectionPolar:
 
     curve : (3, 2, GRID + 1), see `section`; zero_lift, stall_high, stall_low : angles of zero,
     greatest and least lift in the attached range [rad]; separated_high, separated_low : past
-    these, where a quarter of the attached lift is left, infinite if it never is, see `flaps`.
+    these, where a quarter of the attached lift is left, `NEVER` if it never is, see `flaps`.
     """
 
     curve: FloatArray
@@ -117,6 +119,19 @@ def section_polar(airfoil: Airfoil) -> SectionPolar:
         curve[c, 1] = pchip(grid, 1)
         curve[c, :, -1] = curve[c, :, 0]
     return _polar(curve, airfoil.name)
+
+
+def moved(polar: SectionPolar, by: float, cm: float = 0.0) -> SectionPolar:
+    """Return the curves at alpha - by [rad], with cm more of the moment."""
+    if by == 0.0 and cm == 0.0:
+        return polar
+    curve = np.empty((3, 2, GRID + 1))
+    for c in range(3):
+        for i, alpha in enumerate(np.linspace(-math.pi, math.pi, GRID + 1)):
+            curve[c, :, i] = lift(polar.curve[c:c + 1], alpha - by)
+        curve[c, :, -1] = curve[c, :, 0]
+    curve[CM, 0] += cm
+    return _polar(curve, 'with its flap down')
 
 
 def mixture(first: SectionPolar, second: SectionPolar, share: float) -> SectionPolar:
@@ -166,7 +181,7 @@ def _polar(curve: FloatArray, name: str) -> SectionPolar:
         past = begin + side * np.linspace(_NARROWEST, math.pi / 2.0, 361)
         below = np.flatnonzero([left(angle) <= 0.0 for angle in past])
         if not below.size:
-            return side * math.inf
+            return side * NEVER
         return brentq(left, past[below[0] - 1], past[below[0]], xtol=1e-14) if below[0] \
             else float(past[0])
 

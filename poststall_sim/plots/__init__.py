@@ -14,7 +14,7 @@ from typing import Any
 
 from poststall_sim.aircraft import Aircraft
 
-__all__ = ['flight_figures', 'modes_figure', 'polar_figure', 'trim_figure']
+__all__ = ['airfoil_figure', 'flight_figures', 'modes_figure', 'polar_figure', 'trim_figure']
 
 
 def flight_figures(bag_path: str | os.PathLike[str], output_dir: str | os.PathLike[str], *,
@@ -51,3 +51,9 @@ def modes_figure(result: Mapping[str, Any], path: str | os.PathLike[str]) -> Pat
     """Draw root loci and modes over alpha from what ``poststall modes`` writes as JSON."""
     from poststall_sim.plots import modes
     return modes.draw_modes(result, Path(path))
+
+
+def airfoil_figure(result: Mapping[str, Any], path: str | os.PathLike[str]) -> Path:
+    """Draw a section's curves from what ``poststall airfoil`` writes as JSON."""
+    from poststall_sim.plots import airfoil
+    return airfoil.draw_airfoil(result, Path(path))

@@ -73,11 +73,11 @@ def _declared(node: Node, kind: type[Settings], given: dict[str, Any]) -> Settin
 
 
 def follow(node: Node, settings: Settings, changed: Callable[[Settings], None],
-           require: Callable[[Settings], Any] = lambda settings: None) -> None:
+           together: Callable[[Settings], Any] = lambda settings: None) -> None:
     """
     Call ``changed`` with the new record whenever a writable parameter has been set.
 
-    require : raises `ConfigError` for a record that is not to be; the parameters then stay.
+    together : raises `ConfigError` for values that do not go together; they are refused.
     """
     kind = type(settings)
     by_name = {field.metadata['name']: field for field in dataclasses.fields(kind)}
@@ -93,9 +93,9 @@ def follow(node: Node, settings: Settings, changed: Callable[[Settings], None],
 
     def check(parameters: list[Parameter]) -> SetParametersResult:
         try:
-            _check(kind, values := updated(parameters))
-            if values:
-                require(dataclasses.replace(current[0], **values))
+            values = updated(parameters)
+            _check(kind, values)
+            together(dataclasses.replace(current[0], **values))
         except ConfigError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)

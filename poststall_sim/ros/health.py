@@ -16,7 +16,7 @@ class Health:
 
     def __init__(self, node_name: str, closure: str) -> None:
         self._name = node_name
-        self._closure = closure
+        self.closure = closure
         self._missing = ', '.join(optional.missing()) or 'none'
         self.tally = SolverTally()
         self.refused = dict.fromkeys(Refusal, 0)
@@ -116,7 +116,7 @@ class Health:
 
     def solver(self, snapshot: Snapshot) -> Condition:
         """Say how the decambering does."""
-        return self.tally.condition(f'{self._name}: solver', snapshot, self._closure)
+        return self.tally.condition(f'{self._name}: solver', snapshot, self.closure)
 
     def controls(self, snapshot: Snapshot, layout: Layout, failed: list[str]) -> Condition:
         """Say what the controls are told and where they are [rad; throttle 0..1]."""

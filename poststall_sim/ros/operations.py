@@ -21,6 +21,7 @@ from poststall_sim.frames import (
     quaternion_from_euler,
     rotation,
 )
+from poststall_sim.ros import messages
 from poststall_sim.state import BodyState, Controls, Status
 
 if TYPE_CHECKING:
@@ -38,9 +39,11 @@ class Operations:
         for name, operation in (
                 ('reset', self.reset), ('step', self.step), ('trim', self.trim),
                 ('save_state', self.save), ('load_state', self.load)):
-            node.create_service(Trigger, name, _triggered(operation))
+            node.create_service(
+                Trigger, name, _triggered(operation), qos_profile=messages.SERVICES)
         for name, switch in (('pause', self.pause), ('engage', self.engage)):
-            node.create_service(SetBool, name, _switched(switch))
+            node.create_service(
+                SetBool, name, _switched(switch), qos_profile=messages.SERVICES)
 
     def pause(self, paused: bool) -> Answer:
         """Pause, or fly on, as a user asks."""

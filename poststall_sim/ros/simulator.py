@@ -5,6 +5,7 @@
 import gc
 import sys
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -39,25 +40,33 @@ PAUSED_PERIOD = 0.05
 """While paused, /clock is repeated and new subscribers are looked for this often [s]."""
 
 
+def aero_settings(settings: SimulatorSettings) -> Settings:
+    """Return how the aerodynamics are computed; `ConfigError` for what does not go together."""
+    return Settings(
+        chordwise=settings.uvlm_chordwise,
+        wake_length=settings.uvlm_wake_length or None, wake=Shape(settings.uvlm_wake),
+        free_rows=settings.uvlm_free_rows, free_every=settings.uvlm_free_every,
+        precision=Precision(settings.uvlm_precision), coarsen=settings.uvlm_coarsen,
+        interpolate=settings.uvlm_interpolate, ground=settings.ground_effect,
+        closure=Closure[settings.decambering_closure.upper()],
+        ell=settings.decambering_ell, tolerance=settings.decambering_tolerance,
+        limit=settings.decambering_max_iterations,
+        separation=Separation(settings.separation), lag=settings.separation_lag,
+        relaxation=settings.separation_relaxation, delay=settings.separation_delay,
+        decambering=settings.decambering_enabled)
+
+
 def flight_from_settings(settings: SimulatorSettings, progress) -> simulation.Flight:
     """Read the aircraft, build its model and trim it; ``progress`` hears what is being done."""
     path = definition.find(definition.Kind.AIRCRAFT, settings.aircraft)
     progress(f'aircraft {path}')
     aircraft = surfaces.with_actuators(definition.aircraft(path), settings)
     failed = surfaces.failed(aircraft, settings)
+    if settings.uvlm_spanwise:
+        aircraft = replace(aircraft, surfaces=tuple(
+            replace(surface, strips=settings.uvlm_spanwise) for surface in aircraft.surfaces))
     flight = simulation.start(
-        aircraft,
-        Settings(
-            chordwise=settings.uvlm_chordwise,
-            wake_length=settings.uvlm_wake_length or None, wake=Shape(settings.uvlm_wake),
-            free_rows=settings.uvlm_free_rows, free_every=settings.uvlm_free_every,
-            precision=Precision(settings.uvlm_precision), coarsen=settings.uvlm_coarsen,
-            interpolate=settings.uvlm_interpolate, ground=settings.ground_effect,
-            closure=Closure[settings.decambering_closure.upper()],
-            ell=settings.decambering_ell, tolerance=settings.decambering_tolerance,
-            separation=Separation(settings.separation), lag=settings.separation_lag,
-            relaxation=settings.separation_relaxation, delay=settings.separation_delay,
-            decambering=settings.decambering_enabled),
+        aircraft, aero_settings(settings),
         airspeed=settings.initial_airspeed, altitude=settings.initial_altitude,
         wind_N=swap_ned_enu(np.array(settings.wind_velocity)),
         dt=settings.dt or None, progress=progress)
@@ -108,8 +117,7 @@ class SimulatorNode(Node):
         self._follower = Follower(
             self.flight.dt_ns, max_steps=self.settings.max_steps_per_wake)
         self.health = Health(
-            self.get_fully_qualified_name().lstrip('/'), self.settings.decambering_closure
-            if self.settings.decambering_enabled else 'off: attached flow')
+            self.get_fully_qualified_name().lstrip('/'), self.settings.closure)
         rates = self.settings.rates | sensors.rates
         self._instruments = sensors.instruments(self.layout)
         self._views = Views(self.flight.model, self.layout, rates[Rate.VIEWS])
@@ -126,9 +134,7 @@ class SimulatorNode(Node):
             self.create_subscription(ClockMessage, topics.CLOCK.name, self._on_clock,
                                      messages.qos_profile(topics.CLOCK.qos))
         optional.open_services(self)
-        declaration.follow(
-            self, self.settings, self._on_settings,
-            lambda settings: surfaces.failed(self.flight.model.aircraft, settings))
+        declaration.follow(self, self.settings, self._on_settings, self._require)
 
         # This node makes simulated time, so its timers must not wait for it.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -359,12 +365,20 @@ class SimulatorNode(Node):
         return {'off': '', 'service': 'the step service', 'command': 'the next command'}[
             self.settings.lockstep]
 
+    def _require(self, settings: SimulatorSettings) -> None:
+        """Raise `ConfigError` for settings that do not go together, or not with the aircraft."""
+        aero_settings(settings)
+        surfaces.failed(self.flight.model.aircraft, settings)
+
     def _on_settings(self, settings: SimulatorSettings) -> None:
         before, self.settings = self.settings, settings
         if settings.real_time_factor != before.real_time_factor:
             self._pacer.factor = settings.real_time_factor
             self._pacer.stop()
             self._wake_timer.timer_period_ns = round(self._wake_period() * 1e9)
+        if settings.decambering_enabled != before.decambering_enabled:
+            self.flight.model = replace(self.flight.model, settings=aero_settings(settings))
+            self.health.closure = settings.closure
         if settings.wind_velocity != before.wind_velocity:
             self.flight.wind_N = swap_ned_enu(np.array(settings.wind_velocity))
         words = [word for word in settings.failures if word.strip()]

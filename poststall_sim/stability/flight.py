@@ -14,7 +14,7 @@ from poststall_sim import trim as trims
 from poststall_sim.aero import solver
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.atmosphere import standard_air
+from poststall_sim.atmosphere import Air, standard_air
 from poststall_sim.frames import FloatArray, body_to_geometry
 from poststall_sim.polar import APART
 from poststall_sim.stability import bodies, derivatives, linear, modes, motion
@@ -79,7 +79,8 @@ def linearise(model: Model, trim: Trim, *, altitude: float,
     Return the linear systems about a trim.
 
     altitude [m]; dt [s], by default the flight's own; rows : of wake, by default as many as the
-    flight has. What the trim lacks in balance is left out. Raises `ConfigError` where there is no
+    flight has. What the trim lacks in balance is left out, and so is what a change of airspeed
+    does to the sections by their Reynolds number. Raises `ConfigError` where there is no
     lattice flow, see `linear.linearise`.
     """
     if trim.status is not Status.CONVERGED:
@@ -89,9 +90,10 @@ def linearise(model: Model, trim: Trim, *, altitude: float,
     if not SHORTEST * panel <= dt <= 2.0 * panel:
         raise ConfigError(f'dt must be {SHORTEST:g} to 2 times {panel:g} s, the way of a panel at '
                           f'{trim.airspeed:.1f} m/s, got {dt:g} s')
-    onset = Onset(body_to_geometry(-trim.velocity_B), np.zeros(3))
-    flow = linear.linearise(model, onset, trim.controls.deflections, trim.aero,
-                            density=standard_air(altitude).density, dt=dt, rows=rows)
+    onset, air = Onset(body_to_geometry(-trim.velocity_B), np.zeros(3)), standard_air(altitude)
+    flow = linear.linearise(_flown(model, trim, air), onset,
+                            trim.controls.deflections, trim.aero,
+                            density=air.density, dt=dt, rows=rows)
     if flow.at_fold:
         return Linearised(trim, {}, flow.condition, Status.NOT_CONVERGED,
                           f'at a fold of the decambering, condition {flow.condition:.1e}: there '
@@ -101,6 +103,10 @@ def linearise(model: Model, trim: Trim, *, altitude: float,
         trim, {each: motion.assemble(flow, body, model.aircraft.control_names, each,
                                      model.settings.lag) for each in decamberings},
         flow.condition, Status.CONVERGED, 'linearised')
+
+
+def _flown(model: Model, trim: Trim, air: Air) -> Model:
+    return model.at(trim.airspeed, air.kinematic_viscosity, trim.controls.deflections)
 
 
 def _body(model: Model, trim: Trim) -> bodies.Body:
@@ -161,7 +167,9 @@ def _named_after(patterns: Sequence[Mode], current: Sequence[Mode],
 
 def quasi_steady_modes(model: Model, trim: Trim, *, altitude: float) -> FlightModes:
     """Return the modes of the classical equations with derivatives of steady loads."""
-    found = derivatives.quasi_steady(model, trim, density=standard_air(altitude).density)
+    air = standard_air(altitude)
+    found = derivatives.quasi_steady(
+        _flown(model, trim, air), trim, density=air.density)
     if found.status is not Status.CONVERGED:
         return FlightModes(trim, QUASI_STEADY, (), np.zeros(0), math.nan, found.status,
                            found.message)
@@ -240,8 +248,10 @@ def modes_along(model: Model, flown: Iterable[Trim], *, altitude: float,
 
 def _departed(model: Model, before: Trim, trim: Trim, altitude: float) -> bool:
     """Tell whether the decambering on the way back is not that of the trim before."""
+    air = standard_air(altitude)
     back = solver.steady(
-        model, Onset(body_to_geometry(-before.velocity_B), np.zeros(3)),
-        before.controls.deflections, density=standard_air(altitude).density,
+        _flown(model, before, air),
+        Onset(body_to_geometry(-before.velocity_B), np.zeros(3)),
+        before.controls.deflections, density=air.density,
         delta0=trim.aero.strips.delta)
     return bool(np.abs(back.strips.delta - before.aero.strips.delta).max() > APART)
