@@ -14,12 +14,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from poststall_sim import propulsion, rigid_body, slipstream
+from poststall_sim import control_system, propulsion, rigid_body, slipstream
 from poststall_sim.aero import solver
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aero.solver import AeroResult, FlowState
 from poststall_sim.aero.wake import Placement
 from poststall_sim.aircraft import Aircraft
+from poststall_sim.control_system import ControlState
+from poststall_sim.failures import Failed
 from poststall_sim.frames import (
     GRAVITY,
     FloatArray,
@@ -45,14 +47,16 @@ class FlightState:
     """
     Everything a step starts from.
 
-    load : (6,) aerodynamics and engines in B with the added mass taken out [N, N m]; motion,
-    previous_motion : (6,) velocity and rates in B that the flow of this step and of the one
-    before was computed with, for the added mass.
+    controls : as they stand, control_system : with all that moves them; load : (6,) aerodynamics
+    and engines in B with the added mass taken out [N, N m]; motion, previous_motion :
+    (6,) velocity and rates in B that the flow of this step and of the one before was computed
+    with, for the added mass.
     """
 
     time_ns: int
     body: BodyState
     controls: Controls
+    control_system: ControlState
     flow: FlowState
     engines: EngineState
     load: FloatArray
@@ -87,43 +91,52 @@ def _onset(model: Model, body: BodyState, wind_N: FloatArray, push: Push, densit
 
 def begin(model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
           wind_N: FloatArray = NO_WIND, delta0: FloatArray | None = None,
-          charge: FloatArray | None = None, failed: frozenset[str] = ALL_WORK,
-          time_ns: int = 0) -> tuple[FlightState, Snapshot]:
+          charge: FloatArray | None = None, failed_engines: frozenset[str] = ALL_WORK,
+          failed_parts: Failed = (), time_ns: int = 0) -> tuple[FlightState, Snapshot]:
     """Return the first state of a flight: steady wake, settled shafts, batteries full or given."""
-    controls = limited(model.aircraft, controls)
+    told = limited(model.aircraft, controls)
     air = model.atmosphere.at(body.altitude)
-    density = air.density
-    meeting = _meeting(model, air_velocity(body, wind_N), body.rates_B, controls, density, failed)
+    meeting = _meeting(model, air_velocity(body, wind_N), body.rates_B, told, air.density,
+                       failed_engines)
     engines = propulsion.settled(model.aircraft, meeting, charge)
-    push = propulsion.loads(model.aircraft, engines, meeting, failed)
-    onset = _onset(model, body, wind_N, push, density)
+    push = propulsion.loads(model.aircraft, engines, meeting, failed_engines)
+    onset = _onset(model, body, wind_N, push, air.density)
+    moved = control_system.at_rest(model, told.deflections, failed_parts, dt_ns * 1e-9)
+    controls = Controls(control_system.shown(model, moved), told.throttle)
     flow, aero = solver.start(
-        model.at(onset.airspeed, air.kinematic_viscosity, controls.deflections), onset,
-        placement(model.aircraft, body), controls.deflections,
-        density=air.density, dt=dt_ns * 1e-9, delta0=delta0)
+        model.at(onset.airspeed, air.kinematic_viscosity, told.deflections, moved.angles), onset,
+        placement(model.aircraft, body), told.deflections,
+        density=air.density, dt=dt_ns * 1e-9, delta0=delta0, angles=moved.angles)
+    moved = control_system.in_flow(model, moved, aero.strips.alpha)
     motion = np.concatenate([body.velocity_B, body.rates_B])
     load = _load(aero) + push.load
-    state = FlightState(time_ns, body, controls, flow, engines, load, motion, motion)
-    added, rigid = _inertia(model, density)
+    state = FlightState(time_ns, body, controls, moved, flow, engines, load, motion, motion)
+    added, rigid = _inertia(model, air.density)
     change = rigid_body.acceleration(body, load, **rigid)
     still = Controls(np.zeros_like(controls.deflections))
-    return state, _snapshot(model, state, still, aero, push, wind_N, change, -added @ change)
+    return state, _snapshot(model, state, told, still, np.zeros_like(moved.angles), aero, push,
+                            wind_N, change, -added @ change)
 
 
 def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
          wind_N: FloatArray = NO_WIND, gusts: Gusts | None = None,
-         failed: frozenset[str] = ALL_WORK) -> tuple[FlightState, Snapshot]:
+         failed_engines: frozenset[str] = ALL_WORK,
+         failed_parts: Failed = ()) -> tuple[FlightState, Snapshot]:
     """
     Return state and snapshot one step later; nothing is changed in place.
 
-    controls are those of the step's end, limited here. gusts : what the air has more than wind_N
-    at a time and at places; the aircraft, its engines and its wake feel them; failed : names of
-    engines that do not work from here on. A value that is not
-    finite makes the snapshot's status DIVERGED; it is for the caller to go back to the old state.
+    controls are told throughout the step, limited here; without actuators they are where they are
+    told at its end. gusts : what the air has more than wind_N at a time and at places; the
+    aircraft, its engines and its wake feel them; failed_engines : names of those that do not work
+    from here on; failed_parts : of each movable part. A value that is not finite makes the
+    snapshot's status DIVERGED; it is for the caller to go back to the old state.
     """
     dt = dt_ns * 1e-9
     aircraft = model.aircraft
-    controls = limited(aircraft, controls)
+    told = limited(aircraft, controls)
+    control_state = control_system.advance(
+        model, state.control_system, told.deflections, failed_parts, dt)
+    controls = Controls(control_system.shown(model, control_state), told.throttle)
     air = model.atmosphere.at(state.body.altitude)
     density = air.density
     added, rigid = _inertia(model, density)
@@ -144,28 +157,31 @@ def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
     air_B = air_velocity(guess, wind_N)
     halfway = _meeting(
         model, 0.5 * (air_velocity(state.body, wind_N) + air_B),
-        0.5 * (state.body.rates_B + guess.rates_B), controls, density, failed)
+        0.5 * (state.body.rates_B + guess.rates_B), controls, density, failed_engines)
     engines = propulsion.advance(aircraft, state.engines, halfway, dt)
     push = propulsion.loads(
-        aircraft, engines, _meeting(model, air_B, guess.rates_B, controls, density, failed),
-        failed)
+        aircraft, engines,
+        _meeting(model, air_B, guess.rates_B, controls, density, failed_engines), failed_engines)
     onset = _onset(model, guess, wind_N, push, density, gust)
     flow, aero = solver.advance(
-        model.at(onset.airspeed, air.kinematic_viscosity, controls.deflections), state.flow,
-        onset, place, controls.deflections,
-        density=density, dt=dt, drift_N=wind_N * dt, drift_at=drift_at)
+        model.at(onset.airspeed, air.kinematic_viscosity, told.deflections, control_state.angles),
+        state.flow, onset, place, told.deflections,
+        density=density, dt=dt, drift_N=wind_N * dt, drift_at=drift_at,
+        angles=control_state.angles)
+    control_state = control_system.in_flow(model, control_state, aero.strips.alpha)
     motion = np.concatenate([guess.velocity_B, guess.rates_B])
     # The same difference formula as dG/dt, so that the added mass cancels exactly.
     rate = (3.0 * motion - 4.0 * state.motion + state.previous_motion) / (2.0 * dt)
     load = _load(aero) + added @ rate + push.load
     body = rigid_body.advance(state.body, state.load, load, dt, **rigid)
 
-    new = FlightState(
-        state.time_ns + dt_ns, body, controls, flow, engines, load, motion, state.motion)
+    new = FlightState(state.time_ns + dt_ns, body, controls, control_state, flow, engines, load,
+                      motion, state.motion)
     change = rigid_body.acceleration(body, load, **rigid)
     moved = Controls((controls.deflections - state.controls.deflections) / dt,
                      (controls.throttle - state.controls.throttle) / dt)
-    return new, _snapshot(model, new, moved, aero, push, wind_N, change,
+    turned = (control_state.angles - state.control_system.angles) / dt
+    return new, _snapshot(model, new, told, moved, turned, aero, push, wind_N, change,
                           added @ (rate - change))
 
 
@@ -187,9 +203,9 @@ def _meeting(model: Model, velocity_B: FloatArray, rates_B: FloatArray, controls
                    propulsion.throttles(model.aircraft, controls.throttle, failed))
 
 
-def _snapshot(model: Model, state: FlightState, control_rates: Controls, aero: AeroResult,
-              push: Push, wind_N: FloatArray, change: FloatArray,
-              correction: FloatArray) -> Snapshot:
+def _snapshot(model: Model, state: FlightState, told: Controls, control_rates: Controls,
+              angle_rates: FloatArray, aero: AeroResult, push: Push, wind_N: FloatArray,
+              change: FloatArray, correction: FloatArray) -> Snapshot:
     """
     Return what can be measured at a state.
 
@@ -206,7 +222,8 @@ def _snapshot(model: Model, state: FlightState, control_rates: Controls, aero: A
     specific = body_to_stability(aerodynamic[:3] + push.force_B, alpha) / model.aircraft.mass.mass
     return Snapshot(
         time_ns=state.time_ns, body=body, controls=state.controls,
-        control_rates=control_rates, velocity_air_B=air_B,
+        control_rates=control_rates, commanded=told, angles=state.control_system.angles,
+        angle_rates=angle_rates, velocity_air_B=air_B,
         airspeed=airspeed, alpha=alpha, beta=beta,
         acceleration_B=change[:3] + cross(body.rates_B, body.velocity_B),
         rate_change_B=change[3:], load_factor=-float(specific[2]) / GRAVITY,

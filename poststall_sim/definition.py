@@ -24,6 +24,7 @@ from poststall_sim import (
     body_reader,
     control_reader,
     engine_reader,
+    failure_reader,
 )
 from poststall_sim.aircraft import (
     Aircraft,
@@ -170,7 +171,8 @@ def scenario(path: str | os.PathLike[str]) -> Scenario:
     return read.build(
         Scenario, name=name, duration=duration, airspeed=airspeed, altitude=altitude,
         atmosphere=atmosphere, weather=weather,
-        channels=tuple(_channel(channels.mapping(key), key) for key in channels.names()))
+        channels=tuple(_channel(channels.mapping(key), key) for key in channels.names()),
+        faults=tuple(failure_reader.fault(item) for item in read.mappings('failures', default=[])))
 
 
 def _airfoil(read: Reader, key: str, folder: Path) -> list[Airfoil]:

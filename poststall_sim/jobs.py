@@ -18,11 +18,12 @@ from typing import Any
 
 import numpy as np
 
-from poststall_sim import envelope, flight_file, topics
+from poststall_sim import envelope, failure_reader, failures, flight_file, topics
 from poststall_sim import polar as polars
 from poststall_sim.aero.model import Model
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
+from poststall_sim.failures import Failure
 from poststall_sim.frames import (
     FloatArray,
     body_to_stability,
@@ -216,6 +217,8 @@ class FlightLog:
             'load_factor': float(snapshot.load_factor), 'CL': self._lift(snapshot),
             **{f'{name}_deg': math.degrees(value)
                for name, value in zip(names, snapshot.controls.deflections)},
+            **{f'{name}_commanded_deg': math.degrees(value)
+               for name, value in zip(names, snapshot.commanded.deflections)},
             'throttle': float(snapshot.controls.throttle),
             'stalled_wing_strips': int(np.count_nonzero(snapshot.strips.stalled[self._wing])),
             'iterations': int(snapshot.iterations), 'residual': float(snapshot.max_residual)}
@@ -233,7 +236,7 @@ class FlightLog:
             'not_converged_steps': tally.statuses[Status.NOT_CONVERGED],
             'wing_strips': self._wing.stop - self._wing.start, 'deepest_stall': self._deepest,
             'stalled_strips_at_end': int(np.count_nonzero(flight.snapshot.strips.stalled)),
-            'altitude_lost_m': self._lost,
+            'altitude_lost_m': self._lost, 'failed': failure_reader.words(flight.failures),
             'outside_the_method': [{'quantity': name, **noted}
                                    for name, noted in self._outside.items()],
             'ended_early': flight.paused_reason}
@@ -264,6 +267,11 @@ def require_controls(model: Model, scenario: Scenario) -> None:
         for _, value in channel.points:
             if complaint := _beyond(name, limits[name], value):
                 raise ConfigError(f'scenario {scenario.name}: {complaint}')
+    for fault in scenario.faults:
+        try:
+            failures.of_parts(aircraft, scenario.failures(fault.time))
+        except ConfigError as error:
+            raise ConfigError(f'scenario {scenario.name}: {error}') from None
 
 
 def resumed(model: Model, path: Path, duration: float) -> Flight:
@@ -287,10 +295,13 @@ def fly(flight: Flight, scenario: Scenario, duration: float,
     """
     layout = topics.layout(flight)
     trim = topics.command_values(flight.trim, layout)
+    failed: dict[str, Failure] = {}
     while flight.snapshot.time_ns < round(duration * 1e9) and flight.paused_reason is None:
         # The controls of a step are those at its end.
         commands = scenario.commands((flight.snapshot.time_ns + flight.dt_ns) * 1e-9, trim)
         told = trim | commands
+        if failed != (failed := scenario.failures(flight.snapshot.time)):
+            flight.failures = failed
         before = flight.snapshot
         snapshot = flight.step(Controls(
             np.array([told[name] for name in layout.control_names]),

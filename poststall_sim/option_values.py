@@ -136,6 +136,21 @@ def deflection(text: str) -> tuple[str, float]:
     return name, number(value)
 
 
+def fault(text: str):
+    """Return the scenario.Fault of NAME:KIND[=DEG][@TIME], at 0 s without a time."""
+    from poststall_sim.aircraft import ConfigError
+    from poststall_sim.failure_reader import failure
+    from poststall_sim.scenario import Fault
+    what, separator, time = text.partition('@')
+    try:
+        begins = number(time) if separator else 0.0
+        if begins < 0.0:
+            raise ConfigError(f'the time must be at least 0 s, got {time}')
+        return Fault(begins, *failure(what))
+    except ConfigError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
 def by_surface(reader: Callable[[str], float]) -> Callable[[str], dict[str, float]]:
     """Return a reader of N or NAME=N[,NAME=N...]: values by surface, '' for all of them."""
     def read(text: str) -> dict[str, float]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.atmosphere import STANDARD, Atmosphere
+from poststall_sim.failures import Failure
 from poststall_sim.weather import CALM, Weather
 
 
@@ -39,8 +40,21 @@ class Channel:
 
 
 @dataclass(frozen=True, slots=True)
+class Fault:
+    """What fails at a time [s], by the name of a movable part or of a control, and how."""
+
+    time: float
+    name: str
+    failure: Failure
+
+
+@dataclass(frozen=True, slots=True)
 class Scenario:
-    """A named flight: its length [s], where it starts, what the pilot moves, in which air."""
+    """
+    A named flight: its length [s], where it starts, what the pilot moves, in which air.
+
+    faults : what fails in it, and when; a later one of the same name takes an earlier one's place.
+    """
 
     name: str
     duration: float
@@ -49,6 +63,7 @@ class Scenario:
     channels: tuple[Channel, ...] = ()
     atmosphere: Atmosphere = STANDARD
     weather: Weather = CALM
+    faults: tuple[Fault, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse a flight that takes no time or goes nowhere."""
@@ -58,6 +73,12 @@ class Scenario:
         names = [channel.control for channel in self.channels]
         if len(set(names)) < len(names):
             raise ConfigError(f'scenario {self.name}: two channels move one control, {names}')
+
+    def failures(self, time: float) -> dict[str, Failure]:
+        """Return what has failed by a time [s], by name."""
+        return {fault.name: fault.failure
+                for fault in sorted(self.faults, key=lambda each: each.time)
+                if fault.time <= time + 1e-9}
 
     def commands(self, time: float, trim: dict[str, float]) -> dict[str, float]:
         """

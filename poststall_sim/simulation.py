@@ -3,11 +3,13 @@
 """A flight: a model and its state, stepped, reset, put elsewhere, saved and resumed."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
+from poststall_sim import failures
 from poststall_sim import trim as trims
 from poststall_sim.aero import model as models
 from poststall_sim.aero.model import DEFAULTS, Model, Settings
@@ -23,6 +25,7 @@ from poststall_sim.coupling import (
     limited,
     step,
 )
+from poststall_sim.failures import Failure
 from poststall_sim.frames import (
     FloatArray,
     rotation,
@@ -37,7 +40,8 @@ class SavedFlight:
     A flight at one instant, all that `Flight.resumed` needs to go on from it.
 
     first : where and how fast through the air it began; delta0 : its decambering there; began_ns,
-    carried_N : see `Flight`; failed (k,) : 1 for engines that have failed, else 0.
+    carried_N : see `Flight`; failed_engines (k,) : 1 for those that have failed, else 0;
+    failed_parts : see `failures.as_array`.
     """
 
     dt_ns: int
@@ -48,10 +52,11 @@ class SavedFlight:
     trim: Controls
     first: BodyState
     delta0: FloatArray | None
+    failed_engines: FloatArray
+    failed_parts: FloatArray
     state: FlightState
     snapshot: Snapshot
     paused_reason: str | None
-    failed: FloatArray
 
 
 class Flight:
@@ -59,10 +64,12 @@ class Flight:
     A model in flight: the present state, and the one it can go back to.
 
     ``weather`` may be set at any time. ``gusts`` may be set to what the air has more than that,
-    from place to place and time to time; it is not saved. ``carried_N`` [m] is how far the mean
-    wind has gone where the aircraft is, ``began_ns`` the time when that was nothing.
-    ``paused_reason`` is None, or says why the flight does not go on: ground contact (flat ground
-    at altitude 0; there is no landing gear) or divergence, with the last good state kept.
+    from place to place and time to time; it is not saved. ``failures`` by name of a part or a
+    control, and ``failed_engines``, may be set at any time, and stay through a reset.
+    ``carried_N`` [m] is how far the mean wind has gone where the aircraft is, ``began_ns`` the
+    time when that was nothing. ``paused_reason`` is None, or says why the flight does not go on:
+    ground contact (flat ground at altitude 0; there is no landing gear) or divergence, with the
+    last good state kept.
     """
 
     def __init__(self, model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
@@ -75,6 +82,7 @@ class Flight:
         self.weather = weather
         self.gusts: Gusts | None = None
         self.failed_engines = failed
+        self.failures = {}
         # Through the air: a reset in another wind is as trimmed as the start was.
         self._first = replace(
             body, velocity_B=air_velocity(body, weather.mean_N(body.altitude)))
@@ -93,12 +101,27 @@ class Flight:
     @property
     def failed_engines(self) -> frozenset[str]:
         """Names of engines that do not work, which may be set: their throttle is 0."""
-        return self._failed
+        return self._failed_engines
 
     @failed_engines.setter
     def failed_engines(self, names: frozenset[str]) -> None:
         self.model.aircraft.require_engines(names)
-        self._failed = names
+        self._failed_engines = names
+
+    @property
+    def failures(self) -> Mapping[str, Failure]:
+        """What has failed, by name; set all of it at once, unknown names are refused."""
+        return MappingProxyType(dict(self._failures))
+
+    @failures.setter
+    def failures(self, by_name: Mapping[str, Failure]) -> None:
+        self._failed_parts = failures.of_parts(self.model.aircraft, by_name)
+        self._failures = dict(by_name)
+
+    @property
+    def _failed(self) -> dict:
+        """What has failed, as `begin` and `step` are told."""
+        return {'failed_engines': self._failed_engines, 'failed_parts': self._failed_parts}
 
     def reset(self, time_ns: int | None = None) -> Snapshot:
         """Go back to the first place and airspeed with a fresh wake; time goes on unless given."""
@@ -109,8 +132,8 @@ class Flight:
         self.began_ns = self.snapshot.time_ns if time_ns is None else time_ns
         self.carried_N = NO_WIND
         self.state, self.snapshot = begin(
-            self.model, body, self.trim, dt_ns=self.dt_ns, wind_N=wind_N,
-            delta0=self._delta0, failed=self.failed_engines, time_ns=self.began_ns)
+            self.model, body, self.trim, dt_ns=self.dt_ns, wind_N=wind_N, delta0=self._delta0,
+            time_ns=self.began_ns, **self._failed)
         return self.snapshot
 
     def place(self, body: BodyState, controls: Controls, *,
@@ -123,7 +146,7 @@ class Flight:
         state, snapshot = begin(
             self.model, body, controls, dt_ns=self.dt_ns, delta0=delta0,
             wind_N=self.weather.mean_N(body.altitude), charge=self.state.engines.charge,
-            failed=self.failed_engines, time_ns=self.snapshot.time_ns)
+            time_ns=self.snapshot.time_ns, **self._failed)
         if snapshot.status is Status.DIVERGED:
             raise ConfigError('the loads in this state are not finite')
         self.paused_reason = None
@@ -143,8 +166,9 @@ class Flight:
             dt_ns=self.dt_ns, atmosphere=self.model.atmosphere, weather=self.weather,
             began_ns=self.began_ns, carried_N=self.carried_N, trim=self.trim, first=self._first,
             delta0=self._delta0, state=replace(self.state, flow=flow), snapshot=self.snapshot,
-            paused_reason=self.paused_reason, failed=np.array([
-                float(name in self.failed_engines) for name in self.model.aircraft.engine_names]))
+            paused_reason=self.paused_reason, failed_engines=np.array([
+                float(name in self.failed_engines) for name in self.model.aircraft.engine_names]),
+            failed_parts=failures.as_array(self._failed_parts))
 
     @classmethod
     def resumed(cls, model: Model, saved: SavedFlight) -> 'Flight':
@@ -155,14 +179,17 @@ class Flight:
         """
         first, weather = saved.first, saved.weather
         blown = first.velocity_B + rotation(first.q_NB).T @ weather.mean_N(first.altitude)
-        failed = [name for name, gone in zip(model.aircraft.engine_names, saved.failed) if gone]
+        engines = zip(model.aircraft.engine_names, saved.failed_engines)
         flight = cls(replace(model, atmosphere=saved.atmosphere),
                      replace(first, velocity_B=blown), saved.trim, dt_ns=saved.dt_ns,
-                     weather=weather, delta0=saved.delta0, failed=frozenset(failed))
+                     weather=weather, delta0=saved.delta0,
+                     failed=frozenset(name for name, gone in engines if gone))
         # To the bit: what was added to the velocity and taken from it again is not.
         flight._first = saved.first
         flight.began_ns, flight.carried_N = saved.began_ns, saved.carried_N
         flight.state, flight.snapshot = saved.state, saved.snapshot
+        flight._failed_parts = failures.from_array(saved.failed_parts)
+        flight._failures = failures.by_name(model.aircraft, flight._failed_parts)
         flight.paused_reason = saved.paused_reason
         return flight
 
@@ -174,7 +201,7 @@ class Flight:
         carried_N = self.carried_N + 1e-9 * self.dt_ns * mean_N
         state, snapshot = step(
             self.model, self.state, controls, dt_ns=self.dt_ns, wind_N=mean_N,
-            gusts=self._beyond(mean_N, carried_N), failed=self.failed_engines)
+            gusts=self._beyond(mean_N, carried_N), **self._failed)
         if snapshot.status is Status.DIVERGED:
             self.paused_reason = (f'diverged after {self.state.time_ns * 1e-9:.3f} s: a value '
                                   'is not finite; the last good state is kept')

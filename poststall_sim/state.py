@@ -123,7 +123,9 @@ class Snapshot:
     """
     One instant of a flight, everything that can be shown or published.
 
-    control_rates : how fast the controls went there in the step before [rad/s; throttle 1/s];
+    controls : as they stand; control_rates : how fast they went there in the step before [rad/s;
+    throttle 1/s]; commanded : what they were told, within their limits; angles (k,) of the
+    movable parts [rad] and angle_rates, likewise [rad/s];
     force_B, moment_B : aerodynamic, about the centre of gravity, added mass included [N, N m];
     thrust_B, thrust_moment_B : of the engines, with the torque on their mounts and the moment of
     turning shafts that are turned; engines : each by itself; velocity_air_B : through the air
@@ -138,6 +140,9 @@ class Snapshot:
     body: BodyState
     controls: Controls
     control_rates: Controls
+    commanded: Controls
+    angles: FloatArray
+    angle_rates: FloatArray
     velocity_air_B: FloatArray
     airspeed: float
     alpha: float

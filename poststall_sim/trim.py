@@ -232,6 +232,12 @@ class _Search:
         residual, _ = balance(self.model, found)
         return replace(found, residual=residual if self.lateral else residual[_LENGTHWAYS])
 
+    def elevator(self, trial: Trim) -> float:
+        """Return what balances the pitching moment of the air, or the limit that is nearer."""
+        low, high = self.model.aircraft.controls[_elevator(self.model)].limits
+        return _crossing(lambda x: float(geometry_to_body(self.in_air(
+            self.moved(trial, {PITCH_CONTROL: x})).aero.moment_G)[1]), low, high)
+
     def balanced(self, trial: Trim, free: dict[str, float], airspeed: float = 1.0) -> Trim:
         """
         Return the trim that some fields and controls find, from where they are to start.
@@ -292,7 +298,9 @@ def straight(model: Model, *, airspeed: float, altitude: float, climb_angle: flo
     trial = search.trial(airspeed, alpha0, climb_angle)
     third = {'throttle': first_throttle(model, airspeed, search.air.density, failed)} \
         if set(model.aircraft.engine_names) - failed else {'climb_angle': -0.1}
-    return search.balanced(trial, {'alpha': alpha0, PITCH_CONTROL: 0.0, **third})
+    # From where the moments balance: far beyond its limits an elevator stalls, and does nothing.
+    return search.balanced(
+        trial, {'alpha': alpha0, PITCH_CONTROL: search.elevator(trial), **third})
 
 
 def glide(model: Model, *, alpha: float, altitude: float,
@@ -317,20 +325,15 @@ def _gliding(model: Model, alpha: float, altitude: float,
     """Return the glide at an angle of attack [rad] without any engines."""
     search = _Search(model, model.atmosphere.at(altitude), ALL_WORK, delta0)
     weight = model.aircraft.mass.mass * GRAVITY
-    low, high = model.aircraft.controls[_elevator(model)].limits
     trial = search.trial(20.0, alpha)
-
-    def at(elevator: float) -> AeroResult:
-        return search.in_air(search.moved(trial, {PITCH_CONTROL: elevator})).aero
-
     for _ in range(SPEED_LIMIT):
-        elevator = _crossing(lambda x: float(geometry_to_body(at(x).moment_G)[1]), low, high)
-        stability = body_to_stability(geometry_to_body(at(elevator).force_G), alpha)
-        lift, drag = -float(stability[2]), -float(stability[0])
         before = trial.airspeed
-        trial = search.moved(trial, {
-            PITCH_CONTROL: elevator, 'climb_angle': -math.atan2(drag, lift),
-            'airspeed': before * math.sqrt(weight / math.hypot(lift, drag))})
+        trial = search.moved(trial, {PITCH_CONTROL: search.elevator(trial)})
+        stability = body_to_stability(
+            geometry_to_body(search.in_air(trial).aero.force_G), alpha)
+        lift, drag = -float(stability[2]), -float(stability[0])
+        trial = replace(trial, climb_angle=-math.atan2(drag, lift),
+                        airspeed=before * math.sqrt(weight / math.hypot(lift, drag)))
         # Coefficients know nothing of the airspeed but the Reynolds number.
         if model.lattice.tables is None or \
                 abs(trial.airspeed - before) < SAME_SPEED * before:

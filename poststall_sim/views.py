@@ -98,8 +98,8 @@ class Views:
         """Return a visualization_msgs/MarkerArray of the present state."""
         snapshot = flight.snapshot
         strips = strip_colours(snapshot, self._layout)
-        controls = silhouette.triangles(silhouette.controls(
-            self._model.aircraft, snapshot.controls.deflections))
+        controls = silhouette.triangles(
+            silhouette.movables(self._model.aircraft, snapshot.angles))
         drawn = [
             ('body', TRIANGLE_LIST, self._body, BODY),
             ('strips', TRIANGLE_LIST, self._strips, np.repeat(strips, 6, axis=0)),

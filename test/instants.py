@@ -21,6 +21,9 @@ def a_snapshot(*, euler_deg=(0.0, 0.0, 0.0), time_ns=1_500_000_000, strips=4, **
         'time_ns': time_ns, 'body': body,
         'controls': Controls(np.array([0.01, -0.05, 0.02]), 0.4),
         'control_rates': Controls(np.array([0.1, 0.2, -0.3]), 0.5),
+        'commanded': Controls(np.array([0.03, -0.06, 0.04]), 0.45),
+        'angles': np.array([-0.01, 0.015, -0.05, 0.02]),
+        'angle_rates': np.array([-0.1, 0.15, 0.2, -0.3]),
         'velocity_air_B': np.array([14.0, 0.5, 1.5]), 'airspeed': 14.1, 'alpha': 0.107,
         'beta': 0.035, 'acceleration_B': np.array([0.4, 0.5, 0.6]),
         'rate_change_B': np.array([0.7, 0.8, 0.9]), 'load_factor': 1.05,
@@ -39,7 +42,8 @@ def a_snapshot(*, euler_deg=(0.0, 0.0, 0.0), time_ns=1_500_000_000, strips=4, **
 
 def a_layout(strips=4, **changes):
     values = {
-        'control_names': ('aileron', 'elevator', 'rudder'), 'engines': True,
+        'control_names': ('aileron', 'elevator', 'rudder'),
+        'movable_names': ('aileron_right', 'aileron_left', 'elevator', 'rudder'), 'engines': True,
         'strip_names': tuple(f'wing_{i + 1}' for i in range(strips)),
         'strip_place': np.column_stack([
             np.full(strips, 0.1), np.linspace(1.0, -1.0, strips), np.full(strips, 0.2)]),

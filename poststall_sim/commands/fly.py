@@ -40,6 +40,11 @@ def add(command: Command) -> argparse.ArgumentParser:
     fly.add_argument('--wind', type=values.wind, metavar='E,N,U',
                      help='velocity of the air, where it blows to: east, north, up [m/s], as '
                      "the node's wind.velocity; instead of the scenario's")
+    fly.add_argument('--fail', type=values.fault, action='append', default=[],
+                     metavar='NAME:KIND[=DEG][@S]',
+                     help='a part that fails, or all that a control moves, after so many seconds: '
+                     'elevator:stuck, rudder:stuck=-5@8, aileron_right:float, flap:lost; may be '
+                     "given again, and adds to the scenario's")
     fly.add_argument('--turbulence', type=values.turbulence, metavar='LEVEL',
                      help='light, moderate or severe by MIL-F-8785C, or the root mean square of '
                      "its vertical part [m/s]; Dryden's spectrum; instead of the scenario's")
@@ -82,6 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
     from poststall_sim.aircraft import ConfigError
     scenario = definition.scenario(
         definition.find(definition.Kind.SCENARIO, arguments.scenario))
+    scenario = replace(scenario, faults=(*scenario.faults, *arguments.fail))
     duration = arguments.duration or scenario.duration
     airspeed = arguments.airspeed or scenario.airspeed
     altitude = arguments.altitude or scenario.altitude
@@ -135,6 +141,7 @@ def run(arguments: argparse.Namespace) -> int:
             ('altitude lost', f'{summary["altitude_lost_m"]:.1f} m'),
             *(('outside the method', f'{each["worst"]}, from {each["from_s"]:.2f} s on, '
                f'{each["steps"]} steps') for each in summary['outside_the_method']),
+            *([('failed', ', '.join(summary['failed']))] if summary['failed'] else []),
             *([('bag', bag)] if bag else []),
             *([('saved', arguments.save)] if arguments.save else [])))
     terminal.write_json(arguments.json, {

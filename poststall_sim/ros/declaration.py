@@ -23,7 +23,7 @@ from poststall_sim.aircraft import ConfigError
 Settings = TypeVar('Settings')
 
 _TYPES = {bool: 'true or false', int: 'a whole number', float: 'a number',
-          str: 'text', tuple: 'a list of numbers'}
+          str: 'text', tuple: {float: 'a list of numbers', str: 'a list of texts'}}
 
 SIM_TIME = 'use_sim_time'
 FROM_ROS = (SIM_TIME, 'start_type_description_service')
@@ -182,9 +182,12 @@ def _number(field: dataclasses.Field, value: Any) -> Any:
 
 def _check_type(field: dataclasses.Field, value: Any) -> None:
     """Raise `ConfigError` for a value of another type than the parameter's."""
-    wanted = _TYPES[type(field.default)]
-    numbers = not isinstance(field.default, tuple) or (
-        isinstance(value, list) and all(type(item) is float for item in value))
+    wanted, item = _TYPES[type(field.default)], None
+    if isinstance(field.default, tuple):
+        item = type(field.default[0])
+        wanted = wanted[item]
+    numbers = item is None or (
+        isinstance(value, list) and all(type(each) is item for each in value))
     if type(_ros_value(field.default)) is not type(value) or not numbers:
         shown = list(value) if isinstance(value, array.array) else value
         raise ConfigError(f'parameter {field.metadata["name"]}: must be {wanted}, got {shown!r}')
@@ -204,9 +207,12 @@ def _descriptor(field: dataclasses.Field) -> ParameterDescriptor:
         description=entry['description'], read_only=not entry['writable'])
     if entry['choices']:
         descriptor.additional_constraints = 'one of: ' + ', '.join(entry['choices'])
-    if isinstance(field.default, tuple):
+    if isinstance(field.default, tuple) and entry['low'] is None:
+        descriptor.additional_constraints = 'a list of texts'
+    elif isinstance(field.default, tuple):
+        count = 'any number of' if entry['any_length'] else len(field.default)
         descriptor.additional_constraints = (
-            f'{len(field.default)} values from {entry["low"]:g} to {entry["high"]:g}')
+            f'{count} values from {entry["low"]:g} to {entry["high"]:g}')
     elif isinstance(field.default, float):
         descriptor.floating_point_range = [
             FloatingPointRange(from_value=float(entry['low']), to_value=float(entry['high']))]
@@ -229,10 +235,12 @@ def _check(kind: type, values: dict[str, Any]) -> None:
         if isinstance(value, str) and field.default and not value.strip():
             raise ConfigError(f'parameter {entry["name"]}: must not be empty')
         if isinstance(field.default, tuple):
-            if len(value) != len(field.default) or not all(
-                    entry['low'] <= x <= entry['high'] for x in value):
+            count = 'a list of' if entry['any_length'] else len(field.default)
+            if entry['low'] is not None and (
+                    not entry['any_length'] and len(value) != len(field.default)
+                    or not all(entry['low'] <= x <= entry['high'] for x in value)):
                 raise ConfigError(
-                    f'parameter {entry["name"]}: must be {len(field.default)} numbers from '
+                    f'parameter {entry["name"]}: must be {count} numbers from '
                     f'{entry["low"]:g} to {entry["high"]:g}, got {list(value)}')
         elif entry['low'] is not None and not entry['low'] <= value <= entry['high']:
             raise ConfigError(f'parameter {entry["name"]}: must be from {entry["low"]:g} to '

@@ -5,6 +5,7 @@
 import math
 
 from poststall_sim.envelope import Excess
+from poststall_sim.fields import Layout, command_values
 from poststall_sim.frames import rotation
 from poststall_sim.ros import optional
 from poststall_sim.ros.commands import CommandDesk, Refusal, Source
@@ -146,6 +147,16 @@ class Health:
             + [f'battery empty: {", ".join(empty)}'] * bool(empty)) or 'at work'
         return Condition(Level.WARN if failed or empty else Level.OK,
                          f'{self._name}: engines', text if names else 'none', values)
+
+    def controls(self, snapshot: Snapshot, layout: Layout, failed: list[str]) -> Condition:
+        """Say what the controls are told and where they are [rad; throttle 0..1]."""
+        told = command_values(snapshot.commanded, layout)
+        values: dict[str, float | str] = {'failed': ', '.join(failed)}
+        for name, actual in command_values(snapshot.controls, layout).items():
+            values |= {f'{name}_commanded': told[name], f'{name}_actual': actual}
+        return Condition(
+            Level.WARN if failed else Level.OK, f'{self._name}: controls',
+            f'failed: {values["failed"]}' if failed else 'none has failed', values)
 
     def commands(self, desk: CommandDesk, time_ns: int, source_asked: str,
                  repeated: int) -> Condition:

@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
-from poststall_sim import flight_file, topics
+from poststall_sim import failure_reader, flight_file, topics
 from poststall_sim import trim as trims
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.frames import (
@@ -171,7 +172,9 @@ class Operations:
             loaded.set_time(node.flight.snapshot.time_ns)
         node.flight = loaded
         node.desk.reset(loaded.snapshot.time_ns, trim=self._told(loaded.trim),
-                        told=self._told(loaded.snapshot.controls))
+                        told=self._told(loaded.snapshot.commanded))
+        words = failure_reader.words(loaded.failures)
+        node.set_parameters([Parameter('failures', value=words or [''])])
         return True, f'{self._begun()}: {path}'
 
     def _flight_file(self) -> Path:
