@@ -26,10 +26,7 @@ from poststall_sim.coupling import (
     step,
 )
 from poststall_sim.failures import Failure
-from poststall_sim.frames import (
-    FloatArray,
-    rotation,
-)
+from poststall_sim.frames import FloatArray, quaternion_from_euler, rotation
 from poststall_sim.state import BodyState, Controls, Snapshot, Status
 from poststall_sim.weather import CALM, Weather
 
@@ -237,8 +234,9 @@ def automatic_dt_ns(model: Model, airspeed: float) -> int:
 
 def start(aircraft: Aircraft, settings: Settings = DEFAULTS, *, airspeed: float,
           altitude: float, atmosphere: Atmosphere = STANDARD, weather: Weather = CALM,
-          dt: float | None = None,
-          failed: frozenset[str] = ALL_WORK,
+          dt: float | None = None, failed: frozenset[str] = ALL_WORK,
+          north_east: tuple[float, float] = (0.0, 0.0), heading: float = 0.0,
+          attitude: FloatArray | None = None,
           progress: Callable[[str], None] = lambda text: None) -> Flight:
     """
     Return a flight in straight trim, ready to step: everything is compiled or loaded.
@@ -246,8 +244,9 @@ def start(aircraft: Aircraft, settings: Settings = DEFAULTS, *, airspeed: float,
     Level with engines, gliding without.
 
     airspeed [m/s]; altitude [m]; dt [s], None for `automatic_dt_ns`; failed : names of engines
-    that do not work; progress is told what takes the time. Raises `ConfigError` where no trim
-    exists, or no such engine.
+    that do not work; north_east [m], heading [rad] : where, and whereto; attitude (4,) q_NB,
+    instead of that of trim, at its airspeed, flow angles and controls; progress is told what takes
+    the time. Raises `ConfigError` where no trim exists, or no such engine.
     """
     aircraft.require_engines(failed)
     progress('building the lattice (compiling on the first run, up to a minute)')
@@ -262,8 +261,9 @@ def start(aircraft: Aircraft, settings: Settings = DEFAULTS, *, airspeed: float,
     if trim.status is not Status.CONVERGED:
         raise ConfigError(f'no {"level trim" if aircraft.engines else "glide"} at {airspeed:g} '
                           f'm/s: {trim.message}')
-    q_NB = trim.q_NB
-    body = BodyState(np.array([0.0, 0.0, -altitude]),
+    q_NB = attitude if attitude is not None else \
+        quaternion_from_euler(trim.bank, trim.pitch, heading)
+    body = BodyState(np.array([*north_east, -altitude]),
                      trim.velocity_B + rotation(q_NB).T @ weather.mean_N(altitude),
                      np.zeros(3), q_NB)
     flight = Flight(model, body, trim.controls, dt_ns=dt_ns, weather=weather,

@@ -23,7 +23,7 @@ from poststall_sim.aircraft import (
     Surface,
 )
 from poststall_sim.controls import Control, Effector
-from poststall_sim.engines import Engine
+from poststall_sim.engines import LinearThrust
 from poststall_sim.frames import GRAVITY
 from poststall_sim.records import ConfigError, require_positive
 
@@ -57,10 +57,10 @@ class Numbers:
             raise ConfigError(f'tail volume must be 0.2 to 1.5, got {self.tail_volume:g}')
 
 
-def engine(mass: float, area: float, position_G: tuple[float, float, float]) -> Engine:
+def engine(mass: float, area: float, position_G: tuple[float, float, float]) -> LinearThrust:
     """Return an engine for a mass [kg] on a wing area [m^2] that holds it up to `FASTEST`."""
     cruise = math.sqrt(2.0 * mass * GRAVITY / (1.225 * area * CRUISE_LIFT))
-    return Engine(THRUST * mass * GRAVITY, FASTEST * cruise, position_G)
+    return LinearThrust(THRUST * mass * GRAVITY, FASTEST * cruise, position_G)
 
 
 def conventional(name: str, numbers: Numbers, wing_airfoil: Airfoil,

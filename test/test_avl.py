@@ -190,7 +190,8 @@ def test_what_is_written_is_read_as_the_same_lattice(read, tmp_path, text):
     for key in ('ring_corners', 'collocation', 'normal', 'zero_lift', 'strip_normal'):
         assert getattr(other, key) == pytest.approx(getattr(one, key), abs=1e-9), key
     order = [second.control_names.index(control) for control in first.control_names]
-    assert other.flap_angle[order] == pytest.approx(one.flap_angle, abs=1e-9)
+    turned, again = (each.mixing.T @ each.turn for each in (one, other))
+    assert again[order] == pytest.approx(turned, abs=1e-9)
     assert second.mass.inertia_B == pytest.approx(first.mass.inertia_B, rel=1e-12)
     assert second.mass.cg_G == pytest.approx(first.mass.cg_G, rel=1e-12)
     assert second.reference == first.reference

@@ -202,7 +202,7 @@ def test_flight_with_actuators_and_failures_goes_on_from_a_file_to_the_bit(start
 def test_scenario_fails_what_it_says_when_it_says(flight):
     dt = flight.dt_ns * 1e-9
     scenario = Scenario('faulty', 1.0, 12.0, 100.0, (
-        Channel('elevator', ((0.0, 0.0), (1.0, -10.0 * DEG))),), (
+        Channel('elevator', ((0.0, 0.0), (1.0, -10.0 * DEG))),), faults=(
             Fault(8 * dt, 'elevator', LOST), Fault(4 * dt, 'elevator', STUCK)))
     jobs.require_controls(flight.model, scenario)
     trim = shown(flight.snapshot, flight)['elevator']

@@ -138,7 +138,7 @@ def test_new_from_avl_writes_the_same_lattice(tmp_path, monkeypatch):
     ours, theirs = definition.aircraft('mine.yaml'), definition.aircraft('plane.avl')
     assert ours.engines and not theirs.engines and ours.mass.mass == first.mass.mass
     one, other = (models.lattices.build(each, 4) for each in (ours, theirs))
-    for key in ('ring_corners', 'normal', 'flap_angle'):
+    for key in ('ring_corners', 'normal', 'turn'):
         assert getattr(one, key) == pytest.approx(getattr(other, key), abs=1e-9)
     assert one.curves == pytest.approx(other.curves, abs=1e-5)
 

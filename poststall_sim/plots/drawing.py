@@ -63,9 +63,10 @@ def _view(panel, model: Model, figures: Survey, view: FloatArray) -> None:
         panel.add_collection(PolyCollection(
             paper(outline), facecolor='#EEF2F6', edgecolor='#8A9099', linewidth=0.5))
     for k, control in enumerate(aircraft.controls):
-        alone = silhouette.controls(replace(aircraft, controls=(control,)), np.zeros(1))
+        alone = replace(aircraft, controls=(control,))
+        moved = silhouette.movables(alone, np.zeros(len(alone.movables)))
         panel.add_collection(PolyCollection(
-            [polygon @ view.T for polygon in alone],
+            [polygon @ view.T for polygon in moved],
             facecolor=_COLOURS[k % len(_COLOURS)], alpha=0.6, linewidth=0.0))
         panel.plot([], [], color=_COLOURS[k % len(_COLOURS)], linewidth=6, alpha=0.6,
                    label=control.name)

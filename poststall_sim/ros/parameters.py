@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from poststall_sim.aero import model as models
+from poststall_sim.aero.schemes import Scheme
 from poststall_sim.aero.separation import Separation
 from poststall_sim.aero.wake import Shape
 from poststall_sim.aero.wash import Precision
@@ -136,6 +137,19 @@ class SimulatorSettings(JoySettings):
     engine_failures: str = entry(
         'engine_failures', '', 'Names of engines that do not work, with commas between them',
         writable=True)
+    initial_position: tuple[float, ...] = entry(
+        'initial.position', (0.0, 0.0, 0.0),
+        'Where the flight starts: east, north, up [m]; up 0 = '
+        'initial.altitude', low=-1e6, high=1e6)
+    initial_euler: tuple[float, ...] = entry(
+        'initial.euler_deg', (0.0, 0.0, 0.0),
+        'Attitude at the start: roll to the right, pitch up, '
+        'heading clockwise from north [deg]; in trim the heading alone',
+        low=-360.0, high=360.0)
+    initial_trim: bool = entry(
+        'initial.trim', True,
+        'Start in straight trim; false: in the attitude of initial.euler_deg '
+        'at the airspeed, flow angles and controls of trim')
     command_source: str = entry(
         'command.source', 'auto', 'Who flies; auto: the pilot while his commands are fresh, '
         'else the autopilot; sum: trim and what both add to it',
@@ -195,6 +209,13 @@ class SimulatorSettings(JoySettings):
     decambering_ell: float = entry(
         'decambering.ell', _AERO.ell, 'Averaging length of the non-local closure [chords]',
         low=0.0, high=10.0)
+    decambering_scheme: str = entry(
+        'decambering.scheme', _AERO.scheme.value, 'How the local closure is solved: a scheme of '
+        'the dissertation, or the one that does not fail',
+        choices=tuple(each.value for each in Scheme))
+    decambering_relaxation: float = entry(
+        'decambering.relaxation', _AERO.damping, 'Under-relaxation of schemes A to D [-]',
+        low=0.01, high=1.0)
     decambering_tolerance: float = entry(
         'decambering.tolerance', _AERO.tolerance, 'Residual at which the iteration ends [rad]',
         low=1e-12, high=0.1)
