@@ -263,15 +263,15 @@ def test_why_there_is_no_locked_deep_stall():
     With the elevator down the normal force attacks far behind any centre of gravity to fly with.
 
     A locked stall needs it ahead. Past the stall the wing's own force moves back to 0.44 of its
-    chord; the tail's share is not taken by the wake, which costs the T-tail less than a tenth of
-    a chord against the low tail at all angles. The neutral point is at x = 0.1725 m.
+    chord; the tail's share is not taken by the wake, which costs the T-tail less than a twelfth of
+    a chord (0.4 m) against the low tail at all angles. The neutral point is at x = 0.1725 m.
     """
     t_tail = aircraft('t_tail')
     high, low = models.build(t_tail), models.build(lowered(t_tail))
     for degrees in (30.0, 40.0, 50.0):
         there = centre_of_pressure(high, degrees)
-        assert there > 0.27
-        assert centre_of_pressure(low, degrees) - there == pytest.approx(0.0, abs=0.04)
+        assert there == pytest.approx(0.30, abs=0.01)
+        assert centre_of_pressure(low, degrees) - there == pytest.approx(0.0, abs=0.03)
 
 
 def test_jammed_ailerons_are_held_by_the_rudder_and_roll_the_aircraft_over_without_it():
