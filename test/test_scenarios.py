@@ -19,10 +19,12 @@ from poststall_sim import definition, jobs, polar, simulation, trim
 from poststall_sim.aero import model as models
 from poststall_sim.frames import euler_from_quaternion, rotation
 from poststall_sim.polar import Condition
+from poststall_sim.scenario import Channel, Scenario
 
-NAMES = ('aileron_loss', 'deep_stall', 'spin', 'stall_and_recovery', 'stall_straight',
-         'wing_drop')
+NAMES = ('aileron_loss', 'deep_stall', 'spin', 'spin_incipient', 'stall_and_recovery',
+         'stall_straight', 'wing_drop')
 FLOWN_BY = {'deep_stall': 't_tail'}
+AIRSPEED = {'t_tail': 15.0, 'glider': 28.0, 'navion': 47.0, 'flying_wing': 14.0, 'canard': 15.0}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -202,6 +204,16 @@ def test_the_spin_is_incipient_for_a_turn_and_a_half():
     assert abs(early) < 0.9 * abs(late)
 
 
+def test_an_incipient_spin_ends_when_everything_is_let_go():
+    flight = flown('spin_incipient')
+    inputs, out = flight.at(7.0), flight.at(7.5)
+    assert flight.rates[inputs, 0] < -100.0 and flight.left[inputs] == 1.0
+    assert abs(flight.turns[out] - flight.turns[inputs]) < 0.2
+    assert np.all(flight.stalled[out:] == 0.0)
+    assert np.abs(flight.rates[flight.at(8.6):, [0, 2]]).max() < 15.0
+    assert flight.altitude[inputs] - flight.altitude[inputs:].min() < 50.0
+
+
 def test_opposite_rudder_and_stick_forward_end_the_spin_within_half_a_turn():
     flight = flown('spin')
     inputs, out = flight.at(14.0), flight.at(14.9)   # 0.3 s after the stick
@@ -225,6 +237,42 @@ def test_the_rudder_alone_does_not_end_the_spin_but_the_stick_does():
                              rudder=((4.8, 0.0), (5.0, 25.0))))
     assert np.all(held.stalled[held.at(15.0):] == 0.0)
     assert np.all(held.beta[held.over(15.0, end)] > 10.0)   # what the rudder still holds
+
+
+def held_into_a_spin(name, duration, recovered_from):
+    """Return a flight with full up elevator and left rudder, recovered at a time [s]."""
+    limits = {each.name: each.limits for each in aircraft(name).controls}
+    up, left = limits['elevator'][0], limits['rudder'][1]
+    end, down = recovered_from, math.radians(2.0)
+    channels = [
+        Channel('elevator', ((2.0, 0.0), (5.0, up), (end + 0.5, up), (end + 1.0, down)), False),
+        Channel('rudder', ((4.8, 0.0), (5.1, left), (end, left), (end + 0.3, -left),
+                           (end + 1.3, -left), (end + 1.5, 0.0)), False)]
+    if aircraft(name).engines:
+        channels.append(Channel('throttle', ((1.0, 0.2), (2.0, 0.0)), False))
+    return fly(Scenario('held', duration, 0.85 * AIRSPEED[name], 1500.0, tuple(channels)), name)
+
+
+def test_a_canard_does_not_spin_because_its_wing_does_not_stall():
+    """The inputs of a spin: the foreplane stalls, and the rudder makes a spiral of it."""
+    flight = held_into_a_spin('canard', 9.0, 20.0)
+    assert np.all(flight.stalled == 0.0) and flight.alpha.max() < 15.0
+    assert flight.turns[-1] < -0.3
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize('name, deepest, most_stalled', [
+    ('t_tail', 25.0, 1.0), ('glider', 30.0, 1.0), ('navion', 20.0, 0.9),
+    ('flying_wing', 20.0, 0.6)])
+def test_others_held_into_a_spin_come_out_by_the_same_recovery(name, deepest, most_stalled):
+    """Those that spin stall their inner half to the tip; the flying wing's tips never stall."""
+    flight = held_into_a_spin(name, 19.0, 15.5)
+    late = flight.over(13.0, 15.5)
+    assert flight.alpha[late].mean() > deepest - 2.0
+    assert flight.turns[late][-1] < flight.turns[late][0] - 0.2   # to the left
+    assert flight.left[late].max() >= most_stalled if most_stalled > 0.8 \
+        else flight.left[late].max() <= most_stalled
+    assert np.all(flight.stalled[flight.at(17.5):] == 0.0)
 
 
 def test_the_t_tail_is_not_locked_in_its_deep_stall():
