@@ -35,11 +35,14 @@ extras = {
     'control': ['control>=0.9.4'],
 }
 extras['all'] = sorted(sum(extras.values(), []))
+# Not in `all`: it brings CasADi and pandas, 300 MB, and only tools/make_polars.py asks for it.
+extras['polars'] = ['neuralfoil>=0.3']
 extras['test'] = [
     'hypothesis',
     'pytest>=7.4',
     'pytest-benchmark',
     'pytest-timeout',
+    'pytest-xdist',
     # A second DDS, to talk to the nodes, where it has wheels; elsewhere its test is skipped.
     'cyclonedds>=11,<12; sys_platform == "linux" and platform_machine == "x86_64"',
 ]

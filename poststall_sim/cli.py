@@ -15,9 +15,19 @@ from typing import Any
 
 from poststall_sim import __version__, terminal
 from poststall_sim import option_values as values
-from poststall_sim.commands import fly, modes, plot, polar, trim
+from poststall_sim.commands import (
+    airfoil,
+    check,
+    fly,
+    modes,
+    new,
+    plot,
+    polar,
+    show,
+    trim,
+)
 
-COMMANDS = (polar, trim, modes, fly, plot)
+COMMANDS = (new, show, check, polar, trim, modes, fly, plot, airfoil)
 """In the order of the help."""
 
 _NEGATIVE = re.compile(r'-[\d.]')
@@ -79,16 +89,19 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(title='commands', required=True, metavar='COMMAND',
                                      parser_class=_Parser)
 
-    def command(name: str, what: str, example: str, aircraft: str | None):
+    def command(name: str, what: str, example: str, aircraft: str | None,
+                of_aircraft: bool = True):
         sub = commands.add_parser(
             name, help=what, description=f'{what[0].upper()}{what[1:]}.',
             epilog=f'example: poststall {name} {example}\n\n{_EXIT_CODES}',
             formatter_class=argparse.RawDescriptionHelpFormatter)
         sub.set_defaults(command=name)
-        sub.add_argument('--aircraft', default=aircraft, metavar='NAME_OR_FILE',
-                         help='aircraft: a file, or a name in config/aircraft'
-                         + (f' (default {aircraft})' if aircraft else
-                            ' (default: the one the bag names)'))
+        if of_aircraft:
+            sub.add_argument('--aircraft', default=aircraft, metavar='NAME_OR_FILE',
+                             help='aircraft: a file of ours or of AVL (.avl), or a name in '
+                             'config/aircraft'
+                             + (f' (default {aircraft})' if aircraft else
+                                ' (default: the one the bag names)'))
         sub.add_argument('--json', type=values.output, metavar='FILE',
                          help='write the result as JSON')
         return sub

@@ -17,7 +17,13 @@ from pathlib import Path
 
 import numpy as np
 
-from poststall_sim import control_reader, engine_reader
+from poststall_sim import (
+    airfoil_reader,
+    avl_reader,
+    body_reader,
+    control_reader,
+    engine_reader,
+)
 from poststall_sim.aircraft import (
     Aircraft,
     Airfoil,
@@ -117,12 +123,19 @@ def find(kind: Kind | str, name: str | os.PathLike[str], beside: Path | None = N
 
 
 def aircraft(path: str | os.PathLike[str]) -> Aircraft:
-    """Read an aircraft from a YAML file; its section curves from the CSV files it names."""
+    """
+    Read an aircraft from a YAML file; its section curves from the CSV files it names.
+
+    A file that ends in .avl is one of AVL; its masses are in the .mass file beside it, if any.
+    """
+    if Path(path).suffix.lower() == '.avl':
+        return avl_reader.aircraft(path)
     read = open_yaml(path)
     read.text('description', default='', free=True)
     name = read.text('name')
     files = read.mapping('airfoils')
-    airfoils = tuple(_airfoil(files, key, Path(path).parent) for key in files.names())
+    airfoils = tuple(table for key in files.names()
+                     for table in _airfoil(files, key, Path(path).parent))
     surfaces: tuple[Surface, ...] = ()
     for item in read.mappings('surfaces'):
         surface = _surface(item, {key: key for key in files.names()})
@@ -137,7 +150,9 @@ def aircraft(path: str | os.PathLike[str]) -> Aircraft:
         mass=_mass_properties(read.mapping('mass')),
         controls=tuple(control_reader.control(controls.mapping(key), key, surfaces)
                        for key in controls.names()),
-        engines=tuple(engine_reader.engine(item) for item in read.mappings('engines', default=[])))
+        engines=tuple(engine_reader.engine(item, airfoils)
+                      for item in read.mappings('engines', default=[])),
+        bodies=tuple(body_reader.body(item) for item in read.mappings('bodies', default=[])))
 
 
 def scenario(path: str | os.PathLike[str]) -> Scenario:
@@ -155,20 +170,24 @@ def scenario(path: str | os.PathLike[str]) -> Scenario:
         channels=tuple(_channel(channels.mapping(key), key) for key in channels.names()))
 
 
-def _airfoil(read: Reader, key: str, folder: Path) -> Airfoil:
-    name, where = read.file_or_mapping(key)
-    try:
-        path = find(Kind.AIRFOIL, name, beside=folder)
-    except ConfigError as error:
-        raise where.error(f'must be a file with curves, but {error}') from None
-    return airfoil(path, key)
+def _airfoil(read: Reader, key: str, folder: Path) -> list[Airfoil]:
+    tables = []
+    for name, where, reynolds, deflection in airfoil_reader.named(read, key):
+        try:
+            path = find(Kind.AIRFOIL, name, beside=folder)
+        except ConfigError as error:
+            raise where.error(f'must be a file with curves, but {error}') from None
+        tables.append(airfoil(path, key, reynolds, deflection))
+    return tables
 
 
 def _surface(read: Reader, airfoils: Mapping[str, str]) -> Surface:
     name = read.name('name')
     incidence = read.number('incidence_deg', default=0.0, within=(-45, 45))
     return read.build(
-        Surface, name=name, strips=read.count('strips', at_most=1000),
+        Surface, name=name, edges=read.numbers('strip_edges', default=[]),
+        points=read.numbers('strip_points', default=[]),
+        flat=read.boolean('flat', default=False), strips=read.count('strips', at_most=1000),
         symmetric=read.boolean('symmetric'),
         spacing_cosine=read.choice('spacing', _SPACINGS, default='uniform'),
         sections=tuple(_section(item, airfoils, incidence) for item in read.mappings('sections')))

@@ -80,9 +80,14 @@ def polar(model: Model, flown: Sequence[Condition], *, airspeed: float, altitude
     """
     Yield the steady loads at each condition; see `poststall_sim.polar` for what starts where.
 
-    random_starts : besides, count the distinct solutions that so many lead to.
+    All with the same deflections. random_starts : besides, count the distinct solutions that so
+    many lead to.
     """
-    air = {'airspeed': airspeed, 'density': standard_air(altitude).density}
+    here = standard_air(altitude)
+    air = {'airspeed': airspeed, 'density': here.density}
+    neutral = np.zeros(len(model.aircraft.controls))
+    deflected = next((each.deflections for each in flown if each.deflections.size), neutral)
+    model = model.at(airspeed, here.kinematic_viscosity, deflected)
     generator = np.random.default_rng(seed)
     points = polars.up_and_down(model, flown, **air) if up_and_down else \
         polars.sweep(model, flown, starts=starts, **air)

@@ -99,6 +99,12 @@ class Place:
             raise self.error(f'must be a list of {length} numbers, got {shown(value)}')
         return tuple(self.item(i).number(item, **limits) for i, item in enumerate(value))
 
+    def text(self, value: Any, *, free: bool = False) -> str:
+        """Return a value that stands here, if it is a text of one line; free: or of any lines."""
+        if not isinstance(value, str) or not (free or (value.strip() and value.isprintable())):
+            raise self.error(f'must be a text{"" if free else " of one line"}, got {shown(value)}')
+        return value
+
     def name(self, value: Any) -> str:
         """Return a value that stands here, if it can be part of a topic or a parameter."""
         if not isinstance(value, str) or not _NAME.fullmatch(value):
@@ -142,6 +148,10 @@ class Reader:
         """Return a finite number; limits: ``above``, ``at_least``, ``at_most``, ``within``."""
         return self.where.key(key).number(self._get(key, default), **limits)
 
+    def number_if_any(self, key: str, **limits: Any) -> float | None:
+        """Return a finite number within limits, or None where the key is missing."""
+        return None if self._get(key, None) is None else self.number(key, **limits)
+
     def count(self, key: str, *, at_most: int) -> int:
         """Return a whole number from 1 on."""
         value = self._get(key)
@@ -150,20 +160,20 @@ class Reader:
                 f'must be a whole number from 1 to {at_most}, got {shown(value)}')
         return value
 
-    def boolean(self, key: str) -> bool:
+    def has(self, key: str) -> bool:
+        """Tell whether a key is there."""
+        return key in self._mapping
+
+    def boolean(self, key: str, *, default: bool = _REQUIRED) -> bool:
         """Return true or false."""
-        value = self._get(key)
+        value = self._get(key, default)
         if not isinstance(value, bool):
             raise self.where.key(key).error(f'must be true or false, got {shown(value)}')
         return value
 
     def text(self, key: str, *, default: str = _REQUIRED, free: bool = False) -> str:
         """Return a text of one line; free text may have more lines or none."""
-        value = self._get(key, default)
-        if not isinstance(value, str) or not (free or (value.strip() and value.isprintable())):
-            raise self.where.key(key).error(
-                f'must be a text{"" if free else " of one line"}, got {shown(value)}')
-        return value
+        return self.where.key(key).text(self._get(key, default), free=free)
 
     def name(self, key: str) -> str:
         """Return a name that can be part of a topic or a parameter."""
@@ -182,6 +192,16 @@ class Reader:
                **limits: Any) -> tuple[float, ...]:
         """Return a list of so many numbers, each within the limits."""
         return self.where.key(key).vector(self._get(key, default), length, **limits)
+
+    def numbers(self, key: str, *, default: list[float] = _REQUIRED) -> tuple[float, ...]:
+        """Return a list of numbers, as many as there are."""
+        return tuple(self.where.key(key).item(i).number(item)
+                     for i, item in enumerate(self._list(key, default)))
+
+    def rows(self, key: str, length: int) -> list[tuple[float, ...]]:
+        """Return a list of lists of so many finite numbers each."""
+        return [self.where.key(key).item(index).vector(row, length)
+                for index, row in enumerate(self._list(key))]
 
     def points(self, key: str, *, within: tuple[float, float]) -> list[tuple[float, float]]:
         """Return a list of [time, value], times from 0 on and values within the limits."""
@@ -202,14 +222,24 @@ class Reader:
         return [Reader(item, self.where.key(key).item(index))
                 for index, item in enumerate(self._list(key, default))]
 
-    def file_or_mapping(self, key: str) -> tuple[str, Place]:
-        """Return a file's name, given as it is or as key ``file`` of a mapping; and its place."""
-        if isinstance(self._get(key), str):
-            return self.text(key), self.where.key(key)
-        below = self.mapping(key)
-        name = below.text('file')
-        below.done()
-        return name, below.where.key('file')
+    def files(self, key: str) -> list[tuple[str, Place, 'Reader']]:
+        """
+        Return the files at a key, one or a list: name, its place, a reader of what else is said.
+
+        Each is a name as it is or key ``file`` of a mapping.
+        """
+        value, here = self._get(key), self.where.key(key)
+        if value == []:
+            raise here.error('must be a file or a list of files, got an empty list')
+        found = []
+        for index, item in enumerate(value if isinstance(value, list) else [value]):
+            at = here.item(index) if isinstance(value, list) else here
+            if isinstance(item, str):
+                found.append((at.text(item), at, Reader({}, at)))
+            else:
+                read = Reader(item, at)
+                found.append((read.text('file'), at.key('file'), read))
+        return found
 
     def _list(self, key: str, default: Any = _REQUIRED) -> list[Any]:
         value = self._get(key, default)

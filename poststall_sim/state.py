@@ -60,6 +60,44 @@ class Controls:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class EngineState:
+    """
+    What engines remember, each array (k,) in the order of ``aircraft.engines``.
+
+    speed : of the propellers' shafts [rad/s], 0 where there is none; charge : of the batteries,
+    from 1, full, to 0, empty; 1 where there is none.
+    """
+
+    speed: FloatArray
+    charge: FloatArray
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        for key in ('speed', 'charge'):
+            object.__setattr__(self, key, read_only(getattr(self, key)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EngineReadings:
+    """
+    What engines do at an instant, each array (k,) in the order of ``aircraft.engines``.
+
+    speed, charge : see `EngineState`; axial : airspeed along the thrust [m/s]; thrust [N];
+    torque : of the air against the propeller's turning [N m]; voltage and current : of the
+    battery at its clamps [V, A], 0 where there is none; failed : 1 where it has failed, else 0.
+    """
+
+    speed: FloatArray
+    charge: FloatArray
+    axial: FloatArray
+    thrust: FloatArray
+    torque: FloatArray
+    voltage: FloatArray
+    current: FloatArray
+    failed: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Strips:
     """
     Operating points of all strips, each array (n,), in the lattice's order.
@@ -86,7 +124,9 @@ class Snapshot:
 
     control_rates : how fast the controls went there in the step before [rad/s; throttle 1/s];
     force_B, moment_B : aerodynamic, about the centre of gravity, added mass included [N, N m];
-    thrust_B, thrust_moment_B : of the engines; velocity_air_B : through the air [m/s];
+    thrust_B, thrust_moment_B : of the engines, with the torque on their mounts and the moment of
+    turning shafts that are turned; engines : each by itself; velocity_air_B : through the air
+    [m/s];
     acceleration_B : d(velocity)/dt seen from N, in B, gravity included [m/s^2];
     rate_change_B [rad/s^2]; load_factor : lift-wise specific force over g, 1 in level flight;
     wind_N : velocity of the air, where it blows to [m/s]; iterations, max_residual and status
@@ -108,6 +148,7 @@ class Snapshot:
     moment_B: FloatArray
     thrust_B: FloatArray
     thrust_moment_B: FloatArray
+    engines: EngineReadings
     wind_N: FloatArray
     density: float
     strips: Strips

@@ -6,7 +6,7 @@ import numpy as np
 
 from poststall_sim import topics
 from poststall_sim.frames import quaternion_from_euler
-from poststall_sim.state import BodyState, Controls, Snapshot, Status, Strips
+from poststall_sim.state import BodyState, Controls, EngineReadings, Snapshot, Status, Strips
 
 
 def a_snapshot(*, euler_deg=(0.0, 0.0, 0.0), time_ns=1_500_000_000, strips=4, **changes):
@@ -25,6 +25,10 @@ def a_snapshot(*, euler_deg=(0.0, 0.0, 0.0), time_ns=1_500_000_000, strips=4, **
         'rate_change_B': np.array([0.7, 0.8, 0.9]), 'load_factor': 1.05,
         'force_B': np.array([-5.0, 0.25, -90.0]), 'moment_B': np.array([1.0, 2.0, 3.0]),
         'thrust_B': np.array([8.0, 0.0, 0.0]), 'thrust_moment_B': np.array([0.0, 0.1, 0.0]),
+        'engines': EngineReadings(
+            speed=np.array([600.0]), charge=np.array([0.8]), axial=np.array([14.0]),
+            thrust=np.array([8.0]), torque=np.array([0.15]), voltage=np.array([11.5]),
+            current=np.array([12.0]), failed=np.array([0.0])),
         'wind_N': np.array([5.0, 0.0, 0.0]), 'density': 1.2,
         'strips': Strips(alpha=0.1 * n, cl=0.5 * n, cd=0.01 * n, cm=-0.02 * n, delta=-0.03 * n,
                          circulation=2.0 * n, residual=1e-7 * n, stalled=n > 2),

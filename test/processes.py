@@ -2,13 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Real processes over real DDS for the node tests: start, watch, stop, talk to them."""
 
+import itertools
 import os
 import random
+import resource
 import signal
 import socket
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 LIMIT = 120.0
 """How long anything may take before a test gives up [s]; compiling for the first time does."""
@@ -36,16 +39,29 @@ def environment(domain):
             'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
 
 
-class Running:
-    """A node of ours as a process; its output goes to a file."""
+def cpu_seconds(pid):
+    """Return the CPU time that a process has had, all its threads together [s]."""
+    fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
 
-    def __init__(self, module, *arguments, domain, log):
+
+def resident_MB(pid='self'):
+    """Return the memory that a process holds now."""
+    statm = Path(f'/proc/{pid}/statm').read_text()
+    return int(statm.split()[1]) * resource.getpagesize() / 1e6
+
+
+class Running:
+    """A node of ours, or a script, as a process; its output goes to a file."""
+
+    def __init__(self, node, *arguments, domain, log):
         self.log = log
+        what = [str(node)] if isinstance(node, Path) else ['-m', f'poststall_sim.ros.{node}']
         with open(log, 'wb') as output:
             self.process = subprocess.Popen(
-                [sys.executable, '-m', f'poststall_sim.ros.{module}', *arguments],
-                env=environment(domain), stdin=subprocess.DEVNULL, stdout=output,
-                stderr=subprocess.STDOUT, start_new_session=True)
+                [sys.executable, *what, *arguments], env=environment(domain),
+                stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
+                start_new_session=True)
 
     def says(self):
         return self.log.read_text(errors='replace')
@@ -79,6 +95,24 @@ class Running:
                     continue
 
 
+def starter(folder):
+    """Yield a function that starts nodes in one domain; what still runs at the end is killed."""
+    domain, running = free_domain(), []
+
+    def start(node, *arguments, ros=()):
+        if ros:
+            arguments += ('--ros-args', *ros)
+        name = node.stem if isinstance(node, Path) else node
+        running.append(Running(
+            node, *arguments, domain=domain, log=folder / f'{name}{len(running)}.log'))
+        return running[-1]
+
+    start.domain = domain
+    yield start
+    for process in running:
+        process.kill()
+
+
 class Probe:
     """A node in this process, in the domain of the processes under test."""
 
@@ -106,6 +140,16 @@ class Probe:
         heard = []
         self.node.create_subscription(kind, topic, heard.append, qos)
         return heard
+
+    def collect_with_infos(self, kind, topic, qos):
+        """Return lists of the messages of a topic and of what the middleware says of each."""
+        heard, infos = [], []
+
+        def hear(message, info):
+            heard.append(message)
+            infos.append(info)
+        self.node.create_subscription(kind, topic, hear, qos)
+        return heard, infos
 
     def publisher(self, kind, topic):
         """Return a publisher that somebody listens to."""
@@ -148,6 +192,27 @@ def send_until(probe, publisher, message, done, what):
     return probe.spin_until(again, what)
 
 
+def owed(infos, depth=10):
+    """
+    Return the numbers of the publications that a reliable topic owed its subscriber for ever.
+
+    Reliable with a history of 10 is a promise of each message until 10 newer ones have been
+    published. So one may be missing only where that happened before the subscriber, kept from
+    running, received what came next. infos : what rclpy says of each message that came, by one
+    publisher, to a subscription deeper than what it is behind by.
+    """
+    published = {info['publication_sequence_number']: info['source_timestamp'] for info in infos}
+    missing = []
+    for before, after in itertools.pairwise(infos):
+        first, last = (info['publication_sequence_number'] for info in (before, after))
+        for number in range(first + 1, last):
+            pushed_out = number + depth < last or published.get(
+                number + depth, after['received_timestamp'] + 1) <= after['received_timestamp']
+            if not pushed_out:
+                missing.append(number)
+    return missing
+
+
 class Reports:
     """The diagnostics of a node, and waiting for what they say."""
 
@@ -173,6 +238,9 @@ class Reports:
 
     def message(self, name):
         return self._status(name).message
+
+    def keys(self, name):
+        return {item.key for item in self._status(name).values}
 
     def value(self, name, key):
         return next(item.value for item in self._status(name).values if item.key == key)

@@ -17,7 +17,7 @@ from poststall_sim.aero import model as models
 from poststall_sim.frames import GRAVITY
 
 ROOT = Path(__file__).resolve().parents[1]
-COMMANDS = ['polar', 'trim', 'modes', 'fly', 'plot']
+COMMANDS = ['polar', 'trim', 'modes', 'fly', 'plot', 'airfoil']
 
 
 def run(*words):
@@ -47,7 +47,8 @@ def test_help_of_each_command_gives_an_example_that_parses(name, capsys):
         cli.main([name, '--help'])
     assert end.value.code == 0
     text = capsys.readouterr().out
-    assert '--aircraft' in text and '--json' in text and 'exit codes' in text
+    assert '--json' in text and 'exit codes' in text
+    assert ('--aircraft' in text) != (name == 'airfoil')
     example, = (line for line in text.splitlines() if line.startswith('example: '))
     words = example.split()
     assert words[1:3] == ['poststall', name]
@@ -206,7 +207,8 @@ def test_local_closure_and_its_options_reach_the_solver(tmp_path):
     assert (found['closure'], found['scheme']) == ('local', 'robust')
     assert found['settings'] == {
         'panels': 6, 'closure': 'local', 'strips': {'wing': 20, 'tail': 8, 'fin': 5},
-        'ell_chords': 1.0, 'decambering': True, 'angle_form': 'exact', 'damping': 1.0,
+        'ell_chords': 1.0, 'decambering': True, 'axial_wake': False,
+        'angle_form': 'exact', 'damping': 1.0,
         'symmetric': False, 'tolerance': models.Settings().tolerance,
         'limit': models.Settings().limit}
 

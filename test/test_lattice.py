@@ -10,8 +10,8 @@ import pytest
 import wings
 
 from poststall_sim.aero import lattice as lattices
-from poststall_sim.aero.lattice import flap_effectiveness, flat_plate_share
 from poststall_sim.aero.model import Settings, build
+from poststall_sim.aero.plate import flap_effectiveness, flat_plate_share, plate_vortices
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.controls import Control, Effector
 
@@ -141,7 +141,7 @@ def test_place_along_the_span_counts_the_true_length():
 def test_flat_plate_lattice_carries_the_circulation_of_a_plate_with_any_number_of_rows():
     """James' theorem: vortices at 1/4, points at 3/4 of equal panels give pi c V exactly."""
     for rows in (1, 2, 5, 16):
-        vortices = lattices._plate_vortices(np.ones(rows))
+        vortices = plate_vortices(np.ones(rows))
         assert vortices.sum() == pytest.approx(math.pi, rel=1e-12)
         share = flat_plate_share(rows)
         assert share[-1] == pytest.approx(1.0, abs=1e-14) and np.all(np.diff(share) > 0.0)
@@ -179,16 +179,25 @@ def control(*effectors):
     return Control('flap', (-0.5, 0.5), effectors)
 
 
-def covered(flat):
+def covered(flat, hinge=0.75):
     """Return the share of each strip that the only control covers, from what it shifts."""
-    return flat.flap_shift[0] / flap_effectiveness(flat.grids[0].rows, 0.75)
+    return flat.flap_shift[0] / flap_effectiveness(flat.grids[0].rows, hinge)
+
+
+def hinge_turn(hinge, leading, chords, length):
+    """Return the cosine of the hinge's sweep over that of the quarter chord's, of a trapezoid."""
+    def sweep(share):
+        return math.atan2(leading[1] - leading[0] + share * (chords[1] - chords[0]), length)
+    return math.cos(sweep(hinge)) / math.cos(sweep(0.25))
 
 
 def test_control_turns_strips_by_the_share_that_it_covers():
     """The turn of all strips times their width is the effector's length, however they are cut."""
     for strips, low, high in ((10, 0.6, 1.0), (10, 0.33, 0.71), (6, 0.0, 0.2), (22, 0.1, 0.9)):
-        flat = lattice_of(tapered(strips), controls=[control(Effector('wing', (low, high)))])
-        share = covered(flat)
+        # A hinge along the quarter chord, about which strips turn: see the next tests for others.
+        flat = lattice_of(tapered(strips), controls=[control(
+            Effector('wing', (low, high), hinge=0.25))])
+        share = covered(flat, 0.25)
         assert np.all((share >= 0.0) & (share <= 1.0 + 1e-12))
         # Lengths in the y-z plane, where spans are counted.
         nodes = flat.wake_nodes[:, 1:]
@@ -204,7 +213,8 @@ def test_side_and_gain_of_an_effector_pick_strips_and_sign():
         Effector('wing', (0.6, 1.0), side=1, gain=-1.0),
         Effector('wing', (0.6, 1.0), side=-1, gain=0.5))])
     share = covered(flat)
-    assert np.all(share[:2] == pytest.approx(0.5)) and np.all(share[-2:] == pytest.approx(-1.0))
+    turn = hinge_turn(0.75, (0.5, 2.0), (1.5, 0.5), math.hypot(3.0, 0.5))
+    assert share[:2] == pytest.approx(0.5 * turn) and share[-2:] == pytest.approx(-turn)
     assert np.all(share[3:7] == 0.0)
     # Hinge at 3/4 of four rows: the last row turns whole, the others not at all.
     turn = flat.flap_angle[0].reshape(4, 10)
@@ -217,7 +227,7 @@ def test_panel_cut_by_the_hinge_turns_by_its_part_behind_it():
         Effector('fin', hinge=0.6),))])
     turn = flat.flap_angle[0].reshape(4, 4)
     # Trailing edge left is towards the fin's normal, so its turn is nose-down: negative.
-    expected = -np.array([0.0, 0.0, 0.6, 1.0])
+    expected = -np.array([0.0, 0.0, 0.6, 1.0]) * hinge_turn(0.6, (6.0, 6.3), (1.0, 0.7), 1.2)
     assert turn == pytest.approx(np.tile(expected[:, None], (1, 4)), abs=1e-12)
 
 

@@ -20,32 +20,42 @@ from poststall_sim.ros import messages
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
 
-SHOWN = [topic for topic in topics.PUBLISHED if topic.fields is not None
-         and topic.by_default and messages.available(topic.type)]
-IN_STEP = [topic.name for topic in SHOWN
-           if topic.rate is not topics.Rate.ONCE and topic is not topics.CLOCK]
+SHOWN = [topic for topic in topics.PUBLISHED
+         if topic is not topics.DIAGNOSTICS and messages.available(topic.type)]
+BY_DEFAULT = [topic for topic in SHOWN if topic.by_default]
+IN_STEP = [topic.name for topic in SHOWN if topic.rate.shows_state
+           and topic.rate is not topics.Rate.ONCE and topic.qos.reliable and topic.qos.depth >= 10]
+SPARSE = [topic for topic in SHOWN if topic.rate is not topics.Rate.ONCE
+          and topic is not topics.CLOCK and topic.name not in IN_STEP]
+"""What is best effort, keeps the latest only or comes when a sensor has something."""
 JOINTS = topics.JOINT_STATES.name
+EVERYTHING = ['-p', 'rates.ned:=50.0', *(
+    part for sensor in ('imu', 'gps', 'pitot', 'barometer')
+    for part in ('-p', f'sensors.{sensor}.rate:=100.0'))]
 
 
 class Tape:
     """The bytes of every topic but /diagnostics, as they come."""
 
-    def __init__(self, probe):
+    def __init__(self, probe, shown):
         self.probe = probe
-        self.heard = {topic.name: [] for topic in SHOWN}
-        for topic in SHOWN:
+        self.heard = {topic.name: [] for topic in shown}
+        self.in_step = [name for name in IN_STEP if name in self.heard]
+        for topic in shown:
             probe.node.create_subscription(
                 messages.message_class(topic.type), topic.name, self.heard[topic.name].append,
                 messages.qos_profile(topics.Qos(1000, topic.qos.reliable, topic.qos.latched)),
                 raw=True)
-        probe.spin_until(lambda: all(self.heard.values()), 'the first state on every topic')
+        probe.spin_until(lambda: all(self.heard[topic.name] for topic in shown
+                                     if topic.rate.shows_state), 'the first state on every topic')
         # Who was there at once is shown the first state twice: with the clock of a later look.
         seen = len(self.heard[topics.CLOCK.name])
         probe.spin_until(
             lambda: len(self.heard[topics.CLOCK.name]) > seen + 5, 'the clock of standing time')
         self.joints = deserialize_message(self.heard[JOINTS][0], JointState)
-        for name in IN_STEP:
-            self.heard[name].clear()
+        for topic in shown:
+            if topic.rate not in (topics.Rate.ONCE, topics.Rate.CLOCK):
+                self.heard[topic.name].clear()
 
     def steps(self):
         return len(self.heard[JOINTS])
@@ -57,13 +67,20 @@ class Tape:
             deserialize_message(latest[0], JointState).header.stamp) if latest else 0
 
     def complete(self, count):
-        """Wait for so many messages of every topic and return the bytes by topic."""
+        """Wait for so many messages of every topic that has one a step; return bytes by topic."""
         self.probe.spin_until(
-            lambda: all(len(self.heard[name]) >= count for name in IN_STEP), f'{count} steps')
+            lambda: all(len(self.heard[name]) >= count for name in self.in_step),
+            f'{count} steps')
         clocks = {nanoseconds(deserialize_message(data, Clock).clock)
                   for data in self.heard[topics.CLOCK.name]}
         return {name: list(data) for name, data in self.heard.items()
                 if name != topics.CLOCK.name}, clocks
+
+
+def by_time(topic, messages_):
+    """Return the bytes of messages by those of the stamp that each begins with."""
+    begin = 8 if topic is topics.MARKERS else 4   # after the length of its array
+    return {data[begin:begin + 8]: data for data in messages_}
 
 
 def pulled(joints, k):
@@ -106,21 +123,24 @@ def array_publisher(probe, tape, reports):
 
 
 def flown_by_array(probe, tape, count):
-    """Fly slowly, with the clock of standing time coming several times at each step."""
+    """Fly slowly, with the clock of standing time coming several times at every third step."""
     publisher = array_publisher(probe, tape, Reports(probe))
     clocks = tape.heard[topics.CLOCK.name]
     for k in range(count):
         publisher.publish(Float64MultiArray(data=pulled(tape.joints, k)))
         probe.spin_until(lambda k=k: tape.steps() > k, f'step {k}')
-        seen = len(clocks)
-        probe.spin_until(lambda seen=seen: len(clocks) > seen + 1, 'the clock of standing time')
+        if k % 3 == 0:
+            seen = len(clocks)
+            probe.spin_until(
+                lambda seen=seen: len(clocks) > seen + 1, 'the clock of standing time')
 
 
 def test_the_same_commands_give_the_same_bytes_at_any_speed(start, probe, another_graph):
     """Fast and with every command sent again and again, or slowly and by another topic."""
     count = 60
-    start('simulator', ros=['-p', 'lockstep:=command', '-p', 'rates.diagnostics:=10.0'])
-    fast = Tape(probe)
+    start('simulator', ros=['-p', 'lockstep:=command', '-p', 'rates.diagnostics:=10.0',
+                            *EVERYTHING])
+    fast = Tape(probe, SHOWN)
     flown_by_name(probe, fast, count)
     first, clocks = fast.complete(count)
     reports = Reports(probe)
@@ -133,10 +153,17 @@ def test_the_same_commands_give_the_same_bytes_at_any_speed(start, probe, anothe
     start_other, other = another_graph
     start_other('simulator', ros=[
         '-p', 'lockstep:=command', '-p', 'real_time_factor:=7.0', '-p', 'rates.clock:=20.0',
-        '-p', 'start_paused:=true', '-p', 'rates.diagnostics:=20.0'])
-    slow = Tape(other)
+        '-p', 'start_paused:=true', '-p', 'rates.diagnostics:=20.0', *EVERYTHING])
+    slow = Tape(other, SHOWN)
     flown_by_array(other, slow, count)
     second, slow_clocks = slow.complete(count)
+    assert first.keys() == second.keys() == {
+        topic.name for topic in SHOWN if topic is not topics.CLOCK}
+    for topic in SPARSE:
+        one, two = (by_time(topic, found.pop(topic.name)) for found in (first, second))
+        # Of 60 steps of 8 ms, GPS shows what it saw 0.1 s and more before the last.
+        assert len(one.keys() & two.keys()) >= 30, topic.name
+        assert all(one[time] == two[time] for time in one.keys() & two.keys()), topic.name
     assert {name: len(data) for name, data in first.items()} == {
         name: len(data) for name, data in second.items()}
     for name, data in first.items():
@@ -152,7 +179,7 @@ def test_lockstep_by_service_is_that_by_command_and_nothing_else_moves_it(
         start, probe, another_graph):
     count = 12
     start('simulator', ros=['-p', 'lockstep:=service', '-p', 'rates.diagnostics:=10.0'])
-    asked = Tape(probe)
+    asked = Tape(probe, BY_DEFAULT)
     reports = Reports(probe)
     reports.wait_for('flight', 'paused', 'false')
     assert reports.message('flight') == 'waits for the step service'
@@ -169,7 +196,7 @@ def test_lockstep_by_service_is_that_by_command_and_nothing_else_moves_it(
     start_other, other = another_graph
     start_other('simulator', ros=['-p', 'lockstep:=command', '-p', 'rates.diagnostics:=20.0',
                                   '-p', 'start_paused:=true'])
-    told = Tape(other)
+    told = Tape(other, BY_DEFAULT)
     other_reports = Reports(other)
     pilot = other.publisher(JointState, 'pilot/surface_cmd')
     # Neither a full command while paused nor a part of one makes it advance.
@@ -182,5 +209,5 @@ def test_lockstep_by_service_is_that_by_command_and_nothing_else_moves_it(
         array.publish(Float64MultiArray(data=told.joints.position))
         other.spin_until(lambda k=k: told.steps() > k, f'step {k}')
     by_command, _ = told.complete(count)
-    for name in IN_STEP:
+    for name in told.in_step:
         assert by_service[name][:count] == by_command[name], name

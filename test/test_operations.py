@@ -15,11 +15,12 @@ from geometry_msgs.msg import (
     PoseWithCovarianceStamped,
     TwistStamped,
     Vector3Stamped,
+    WrenchStamped,
 )
 from nav_msgs.msg import Odometry
 from processes import Reports, nanoseconds, send_sparingly, send_until
 from sensor_msgs.msg import JointState, Joy
-from std_msgs.msg import Float64
+from std_msgs.msg import Float64, Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
@@ -91,6 +92,52 @@ def test_trim_says_what_it_found_and_the_flight_stays_on_it(seen, probe):
     assert math.hypot(air.linear.x, air.linear.z) == pytest.approx(12.0, abs=0.002)
     assert abs(air.angular.y) < 1e-3
     assert seen.joints[-1].position == pytest.approx(list(told.values()))
+
+
+def test_after_a_reset_all_is_as_at_the_start_and_30_commands_at_once_are_heard_in_order(
+        seen, probe):
+    """While a long step is taken, what is commanded waits: more than most histories hold."""
+    wrenches = probe.collect(WrenchStamped, 'wrench', 1000)
+    lifts = probe.collect(Float64MultiArray, 'strip_cl', 1000)
+    reports = Reports(probe)
+    probe.spin_until(lambda: wrenches and lifts and reports.heard, 'the first state')
+
+    def shown():
+        """Return all that is shown but its time."""
+        odom, joints = seen.odoms[-1], seen.joints[-1]
+        return (odom.pose, odom.twist, joints.name, joints.position, seen.air[-1].twist,
+                wrenches[-1].wrench, lifts[-1].data)
+    first = shown()
+    commands = probe.publisher(JointState, 'pilot/surface_cmd')
+    assert probe.set_parameter('step_count', 400).successful
+    step = probe.node.create_client(Trigger, 'step')
+    probe.spin_until(step.service_is_ready, 'the service')
+
+    def burst():
+        """Command 30 times while the simulator steps; tell whether all was heard."""
+        accepted = reports.number('commands', 'accepted')
+        seen.odoms.clear()
+        stepped = step.call_async(Trigger.Request())
+        probe.spin_until(lambda: seen.odoms, 'the steps to begin')
+        for k in range(30):
+            commands.publish(JointState(name=['elevator'], position=[-0.01 * k]))
+        assert not stepped.done()
+        probe.spin_until(stepped.done, 'the steps')
+        heard = len(reports.heard)
+        probe.spin_until(lambda: len(reports.heard) > heard + 2, 'diagnostics')
+        return reports.number('commands', 'accepted') == accepted + 30
+    # Best effort: one may be lost on a busy machine, and the first while it is not known yet.
+    assert any(burst() for _ in range(5))
+    assert probe.set_parameter('step_count', 1).successful
+    seen.step()
+    told = dict(zip(seen.joints[-1].name, seen.joints[-1].position))
+    assert told['elevator'] == pytest.approx(-0.29)
+
+    wrenches.clear()
+    lifts.clear()
+    assert seen.after(lambda: probe.call(Trigger, 'reset')).success
+    probe.spin_until(lambda: wrenches and lifts, 'the state after the reset')
+    assert shown() == first
 
 
 def test_initialpose_and_set_state_put_the_aircraft_there_or_say_why_not(seen, probe):

@@ -2,6 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is not installed is said once, and everything else goes on."""
 
+import ast
+import importlib
+import inspect
+
 import pytest
 
 pytest.importorskip('rclpy', reason='rclpy is not installed')
@@ -27,3 +31,20 @@ def test_what_is_missing_is_said_once_and_left_out(start, probe):
     assert {'/step', '/pause', '/reset', '/trim', '/engage', '/save_state', '/load_state'} <= (
         offered)
     assert ('/step_simulation' in offered) == (optional.INTERFACES not in optional.missing())
+
+
+def test_what_only_a_full_installation_runs_names_nothing_that_we_do_not_have():
+    """It does not run here, so that nothing else would tell of a function that has moved."""
+    tree = ast.parse(inspect.getsource(optional))
+    modules = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module.startswith('poststall_sim'):
+            owner = importlib.import_module(node.module)
+            for each in node.names:
+                assert hasattr(owner, each.name), f'{node.module} has no {each.name}'
+                modules[each.asname or each.name] = getattr(owner, each.name)
+    used = [node for node in ast.walk(tree) if isinstance(node, ast.Attribute)
+            and isinstance(node.value, ast.Name) and inspect.ismodule(modules.get(node.value.id))]
+    assert len(used) > 5
+    for node in used:
+        assert hasattr(modules[node.value.id], node.attr), ast.unparse(node)

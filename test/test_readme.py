@@ -26,6 +26,17 @@ def test_every_command_topic_stands_in_the_readme():
         assert f'`{topic.name}`' in README
 
 
+def test_the_axes_and_buttons_of_a_stick_stand_in_the_readme():
+    # Not by the settings' class, which wants ROS.
+    source = (ROOT / 'poststall_sim' / 'ros' / 'parameters.py').read_text(encoding='utf-8')
+    found = re.findall(r"(axis|button)_entry\(\s*'(\w+)', (\d+)", source)
+    said = {'pause': '{} pauses', 'reset': '{} resets', 'trim': '{}\ntrims'}
+    assert len(found) == 7
+    for kind, name, number in found:
+        assert (f'{name} (axis {number})' if kind == 'axis'
+                else said[name].format(number)) in README, name
+
+
 def test_every_file_that_the_readme_links_exists():
     links = re.findall(r'\]\(([^)#:]+)\)', README)
     assert links and all((ROOT / link).exists() for link in links)
@@ -37,4 +48,5 @@ def test_every_command_line_of_the_readme_parses(tmp_path, monkeypatch):
     lines = [line for block in blocks for line in block.replace('\\\n', ' ').splitlines()
              if line.startswith('poststall ')]
     commands = [cli.parse(shlex.split(line, comments=True)[1:]).command for line in lines]
-    assert set(commands) == {'polar', 'trim', 'modes', 'fly', 'plot'}
+    assert set(commands) == {'new', 'show', 'check', 'polar', 'trim', 'modes', 'fly', 'plot',
+                             'airfoil'}

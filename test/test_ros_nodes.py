@@ -233,17 +233,20 @@ def test_parameters_act(start, probe):
         '-p', 'max_steps_per_wake:=3', '-p', 'frames.map:=world', '-p', 'frames.base:=body',
         '-p', 'rates.strips:=0.0', '-p', 'rates.wind:=1.0', '-p', 'reset.time:=true',
         '-p', 'rates.diagnostics:=10.0', '-p', 'decambering.enabled:=false',
+        '-p', 'uvlm.spanwise:=8',
         '-p', 'command.on_timeout:=neutral', '-p', 'command.timeout:=3.0'])
     poses = probe.collect(PoseStamped, 'pose')
     winds = probe.collect(Vector3Stamped, 'wind/applied')
     strips = probe.collect(Float64MultiArray, 'strip_cl')
+    strip_y = probe.collect(Float64MultiArray, 'strip_y', LATCHED)
     joints = probe.collect(JointState, 'joint_states')
     wrenches = probe.collect(WrenchStamped, 'wrench')
     reports = Reports(probe)
-    probe.spin_until(lambda: len(winds) > 2 and reports.heard, 'messages')
+    probe.spin_until(lambda: len(winds) > 2 and strip_y and reports.heard, 'messages')
     assert poses[0].header.frame_id == 'world' and wrenches[0].header.frame_id == 'body'
     assert reports.value('pace', 'dt_s') == '0.012'
     assert reports.value('solver', 'closure').startswith('off')
+    assert len(strip_y[0].data) == 3 * 8   # of wing, tail and fin
     assert not strips
     assert not probe.node.count_publishers('strip_cl')   # off is off, its rate being 0
     assert not probe.node.count_publishers('/clock')
@@ -352,6 +355,9 @@ def test_pilot_and_recorder_make_a_bag_of_a_scenario(start, tmp_path):
     flown = pose.time[pose.time <= 2.0]
     # 50 Hz and reliable; a recorder that a busy machine stops for 0.2 s outruns the history.
     assert len(np.unique(flown)) == pytest.approx(100, abs=15)
+    for name, rate in (('/odom', 50.0), ('/joint_states', 50.0), ('/wind/applied', 5.0)):
+        gaps = np.diff(np.unique(series[name].time))   # by default; in whole steps of 8 ms
+        assert np.median(gaps) == pytest.approx(1.0 / rate, abs=8.1e-3), name
     # At most one for each sample of /clock, of which a busy machine loses many: best effort.
     assert np.count_nonzero((commands.time > 0.0) & (commands.time < 2.0)) >= 20
     elevator = series['/joint_states'].by_name()['elevator']

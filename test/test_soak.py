@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import processes
 import pytest
 import wings
 
@@ -21,9 +22,8 @@ PER_MINUTE = round(60.0 / DT)
 
 def resident_MB():
     """Return the memory that the process holds now; where /proc is not, its largest so far."""
-    statm = Path('/proc/self/statm')
-    if statm.exists():
-        return int(statm.read_text().split()[1]) * resource.getpagesize() / 1e6
+    if Path('/proc/self/statm').exists():
+        return processes.resident_MB()
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1e6 if sys.platform == 'darwin'
                                                                  else 1e3)
 

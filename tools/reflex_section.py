@@ -83,8 +83,9 @@ def main():
         f'fading out from {FADE[0]:g} to {FADE[1]:g} deg,',
         '  where the flow is separated; clmax stays that of the NACA 0012, a tenth or so too '
         'high for a reflexed section',
-        *(f'  | {line}' for line in comments[2:] if not line.startswith('measured')),
-        *measured_notes(made)]
+        *(f'  | {line}' for line in comments[2:]
+          if not line.startswith(('measured', 'reynolds'))),
+        *measured_notes(made), *(line for line in comments if line.startswith('reynolds'))]
     with (FOLDER / f'{NAME}.csv').open('w', encoding='utf-8', newline='\n') as file:
         file.writelines(f'# {line}\n' for line in notes)
         file.write('alpha_deg,cl,cd,cm\n')

@@ -14,12 +14,18 @@ its tip); panels of a surface row by row from the leading edge, each row along t
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from poststall_sim.aero import polars
-from poststall_sim.aircraft import Aircraft, ConfigError, Section, Surface, read_only
+from poststall_sim.aero import polars, reynolds, stations
+from poststall_sim.aero.plate import (
+    behind,
+    flap_effectiveness,
+    flap_moment,
+    flat_plate_share,
+)
+from poststall_sim.aircraft import Aircraft, ConfigError, Surface
 from poststall_sim.controls import Control, Effector
 from poststall_sim.frames import FloatArray, control_sign
 
@@ -47,8 +53,11 @@ class Lattice:
     flow puts on this ring.
 
     Strips (n): span_axis, chord_axis, strip_normal, quarter_chord (n, 3), strip_chord (normal to
-    the span axis), strip_width, strip_surface, span_place (along the span, for averaging),
+    the span axis), strip_width, moment_axis (n, 3) of a moment about the span axis: across the
+    chord, for a swept strip is cut along x, and so long that it has the whole along the span axis,
+    strip_surface, span_place (along the span, for averaging),
     polar_index into curves (k, 3, 2, grid); zero_lift, stall_high, stall_low (n,);
+    reynolds_range (n, 2) of the sections' tables and tables: see `reynolds.StripCurves`;
     te_panel (n,) the ring at the trailing edge, te_node (n,) left node in a row of wake nodes;
     mirror (n,) the strip across the plane y = 0, itself where there is none.
 
@@ -75,6 +84,7 @@ class Lattice:
     quarter_chord: FloatArray
     strip_chord: FloatArray
     strip_width: FloatArray
+    moment_axis: FloatArray
     strip_surface: np.ndarray
     span_place: FloatArray
     curves: FloatArray
@@ -82,6 +92,8 @@ class Lattice:
     zero_lift: FloatArray
     stall_high: FloatArray
     stall_low: FloatArray
+    reynolds_range: FloatArray
+    tables: reynolds.Tables | None
     te_panel: np.ndarray
     te_node: np.ndarray
     mirror: np.ndarray
@@ -112,98 +124,43 @@ class Lattice:
         """Return the number of strips."""
         return len(self.strip_chord)
 
+    def at(self, airspeed: float, viscosity: float, deflections: FloatArray) -> 'Lattice':
+        """
+        Return it with the section curves that it flies; itself where sections have one table.
 
-def flat_plate_share(rows: int) -> FloatArray:
-    """
-    Return the circulation (rows,) of the rings of a two-dimensional plate, 1 at the last.
-
-    Rings carry the sum of the bound vortices ahead of them; the vortices at the quarter points
-    of equal panels under unit normalwash at the three-quarter points.
-    """
-    return np.cumsum(_plate_vortices(np.ones(rows))) / _plate_vortices(np.ones(rows)).sum()
-
-
-def flap_effectiveness(rows: int, hinge: float) -> float:
-    """
-    Return the lattice's own two-dimensional flap effectiveness -d(alpha_0L)/d(deflection).
-
-    Panels behind the hinge (share of the chord) turn whole, the panel cut by it by the share
-    of its chord behind it. Thin-airfoil theory is approached as rows grow.
-    """
-    return float(_plate_vortices(_behind(rows, hinge)).sum()
-                 / _plate_vortices(np.ones(rows)).sum())
-
-
-def _plate_vortices(normalwash: FloatArray) -> FloatArray:
-    """Return bound vortices (rows,) of a unit plate that cancel a normalwash (rows,)."""
-    rows = len(normalwash)
-    place = np.arange(rows) / rows
-    distance = (place + 0.75 / rows)[:, None] - (place + 0.25 / rows)[None, :]
-    return np.linalg.solve(1.0 / (2.0 * math.pi * distance), normalwash)
-
-
-def _behind(rows: int, hinge: float) -> FloatArray:
-    """Return the share (rows,) of each panel's chord that lies behind a hinge."""
-    return np.clip(np.arange(1, rows + 1) - hinge * rows, 0.0, 1.0)
-
-
-def _stations(surface: Surface) -> tuple[list[Section], list[float]]:
-    """Return the sections from left to right, both sides, and their place along the span [m]."""
-    sections = list(surface.sections)
-    if surface.symmetric:
-        mirrored = [
-            Section((s.leading_edge_G[0], -s.leading_edge_G[1], s.leading_edge_G[2]),
-                    s.chord, s.airfoil, s.twist)
-            for s in reversed(sections[1:])]
-        sections = mirrored + sections
-    place = [0.0]
-    for a, b in zip(sections, sections[1:]):
-        place.append(place[-1] + math.hypot(b.leading_edge_G[1] - a.leading_edge_G[1],
-                                            b.leading_edge_G[2] - a.leading_edge_G[2]))
-    return sections, place
-
-
-def _edges(place: list[float], strips: int, cosine: bool, symmetric: bool) -> FloatArray:
-    """
-    Return the strip edges (strips + 1,) along the span [m].
-
-    Uniform or cosine over the whole span; then the nearest edge is moved onto each section, so
-    that no strip straddles a kink. A symmetric surface is cut on one half and mirrored.
-    """
-    total = place[-1]
-    share = np.linspace(0.0, 1.0, strips + 1)
-    edges = total * (0.5 - 0.5 * np.cos(math.pi * share) if cosine else share)
-    kinks = place[1:-1]
-    if symmetric:
-        kinks = [kink for kink in kinks if kink > 0.5 * total * (1.0 + 1e-12)]
-        edges[strips // 2] = 0.5 * total
-    first = strips // 2 + 1 if symmetric else 1
-    for i, kink in enumerate(kinks):
-        last = strips - (len(kinks) - 1 - i)    # an edge each is left for the kinks to come
-        k = first + int(np.argmin(np.abs(edges[first:last] - kink)))
-        edges[k] = kink
-        first = k + 1
-    if symmetric:
-        edges[:strips // 2] = total - edges[:strips // 2:-1]
-    return edges
+        airspeed [m/s], kinematic viscosity [m^2/s], deflections (controls,) [rad].
+        """
+        if self.tables is None:
+            return self
+        curves, landmarks = self.tables.at(
+            airspeed * self.tables.chord / viscosity, deflections)
+        return replace(self, curves=curves, **dict(zip(
+            reynolds.LANDMARKS, np.ascontiguousarray(landmarks[self.polar_index].T))))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _SurfaceMesh:
-    """Corners (rows + 1, strips + 1, 3) of a surface's panels and its strip edges [m]."""
+    """
+    Corners (rows + 1, strips + 1, 3) of a surface's panels and its strip edges [m].
+
+    turn (strips,) : of the normals against the panels, nose-up [rad]; point (strips,) : where
+    between its ends a strip's flow is tangent, 0..1.
+    """
 
     corners: FloatArray
     edges: FloatArray
-    polars: list
+    turn: FloatArray
+    point: FloatArray
+    between: list[reynolds.Between]
 
 
-def _mesh(surface: Surface, rows: int,
-          sections_of: dict[str, polars.SectionPolar]) -> _SurfaceMesh:
-    """Return the panels' corners of a surface and the section curves along its strips."""
-    sections, place = _stations(surface)
-    edges = _edges(place, surface.strips, surface.spacing_cosine, surface.symmetric)
+def _mesh(surface: Surface, rows: int) -> _SurfaceMesh:
+    """Return the panels' corners of a surface and the sections that its strips lie between."""
+    sections, place = stations.of_surface(surface)
+    edges = stations.strip_edges(surface, place)
     leading = np.array([s.leading_edge_G for s in sections])
     trailing = np.empty_like(leading)
+    twist = np.array([s.twist for s in sections])
     for i, section in enumerate(sections):
         a, b = max(i - 1, 0), min(i + 1, len(sections) - 1)
         if surface.symmetric and 2 * i == len(sections) - 1:
@@ -212,26 +169,30 @@ def _mesh(surface: Surface, rows: int,
             along = leading[b] - leading[a]
             along = np.array([0.0, along[1], along[2]]) / math.hypot(along[1], along[2])
         normal = np.cross([1.0, 0.0, 0.0], along)
+        angle = 0.0 if surface.flat else section.twist
         trailing[i] = leading[i] + section.chord * (
-            math.cos(section.twist) * np.array([1.0, 0.0, 0.0]) - math.sin(section.twist) * normal)
+            math.cos(angle) * np.array([1.0, 0.0, 0.0]) - math.sin(angle) * normal)
     front = np.column_stack([np.interp(edges, place, leading[:, k]) for k in range(3)])
     rear = np.column_stack([np.interp(edges, place, trailing[:, k]) for k in range(3)])
     share = np.linspace(0.0, 1.0, rows + 1)[:, None, None]
     middles = 0.5 * (edges[1:] + edges[:-1])
-    along_strips = []
+    turn = np.zeros_like(middles)
+    if surface.flat:   # as between the turned chords of two sections
+        chord = np.array([s.chord for s in sections])
+        turn = np.arctan2(np.interp(middles, place, chord * np.sin(twist)),
+                          np.interp(middles, place, chord * np.cos(twist)))
+    between = []
     for middle in middles:
         i = min(max(int(np.searchsorted(place, middle)) - 1, 0), len(sections) - 2)
-        along_strips.append(polars.mixture(
-            sections_of[sections[i].airfoil], sections_of[sections[i + 1].airfoil],
-            0.0 if sections[i].airfoil == sections[i + 1].airfoil
-            else (middle - place[i]) / (place[i + 1] - place[i])))
-    return _SurfaceMesh((1.0 - share) * front + share * rear, edges, along_strips)
+        between.append((sections[i].airfoil, sections[i + 1].airfoil,
+                        (middle - place[i]) / (place[i + 1] - place[i])))
+    return _SurfaceMesh((1.0 - share) * front + share * rear, edges, turn,
+                        stations.collocation_shares(surface), between)
 
 
 def build(aircraft: Aircraft, rows: int) -> Lattice:
     """Return the lattice of an aircraft with `rows` equal panels along every chord."""
-    sections_of = {a.name: polars.section_polar(a) for a in aircraft.airfoils}
-    meshes = [_mesh(surface, rows, sections_of) for surface in aircraft.surfaces]
+    meshes = [_mesh(surface, rows) for surface in aircraft.surfaces]
     grids, parts = [], []
     panel0 = strip0 = node0 = edge0 = 0
     for number, (surface, mesh) in enumerate(zip(aircraft.surfaces, meshes)):
@@ -245,28 +206,21 @@ def build(aircraft: Aircraft, rows: int) -> Lattice:
         node0, edge0 = grid.nodes.stop, grid.edges.stop
     arrays = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
 
-    distinct: list[polars.SectionPolar] = []
-    index = []
-    for mesh in meshes:
-        for polar in mesh.polars:
-            if not any(polar is known for known in distinct):
-                distinct.append(polar)
-            index.append(next(i for i, known in enumerate(distinct) if known is polar))
-    polar_index = np.array(index)
-    landmark = {
-        key: np.array([getattr(polar, key) for polar in distinct])[polar_index]
-        for key in ('zero_lift', 'stall_high', 'stall_low')}
-    flap_angle, flap_shift = _flaps(aircraft, grids, meshes, arrays, rows)
+    flap_angle, flap_turn, flap_shift, flap_cm = _flaps(aircraft, grids, meshes, arrays, rows)
+    flown = reynolds.strip_curves(
+        aircraft.airfoils, [each for mesh in meshes for each in mesh.between],
+        arrays['strip_chord'], flap_turn, flap_shift, flap_cm)
     mirror = _mirror(arrays['quarter_chord'], arrays['strip_chord'])
-    for array in (*arrays.values(), *landmark.values(), flap_angle, flap_shift, mirror):
+    for array in (*arrays.values(), flap_angle, flap_shift, mirror):
         array.setflags(write=False)
     return Lattice(
         grids=tuple(grids), mirror=mirror,
-        curves=read_only(np.stack([p.curve for p in distinct])), polar_index=polar_index,
+        curves=flown.curves, polar_index=flown.polar_index,
+        reynolds_range=flown.reynolds_range, tables=flown.tables,
         flap_angle=flap_angle, flap_shift=flap_shift,
         strip_names=tuple(f'{grid.name}_{i + 1}' for grid in grids
                           for i in range(grid.strips.stop - grid.strips.start)),
-        **landmark, **arrays)
+        **dict(zip(reynolds.LANDMARKS, flown.landmarks)), **arrays)
 
 
 def _mirror(place: FloatArray, chord: FloatArray) -> np.ndarray:
@@ -293,7 +247,9 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
     # left-front, right-front, right-rear, left-rear: circulation to starboard in front lifts.
     rings = np.stack([Z[:-1, :-1], Z[:-1, 1:], Z[1:, 1:], Z[1:, :-1]], axis=2)
     middle = 0.5 * (P[:, :-1] + P[:, 1:])
-    collocation = 0.25 * middle[:-1] + 0.75 * middle[1:]
+    at = mesh.point[:, None]
+    tangent = (1.0 - at) * P[:, :-1] + at * P[:, 1:]
+    collocation = 0.25 * tangent[:-1] + 0.75 * tangent[1:]
     # x aft crossed with the span, left to right, points to the suction side.
     cross = np.cross(P[1:, 1:] - P[:-1, :-1], P[:-1, 1:] - P[1:, :-1])
     normal = _unit(cross)
@@ -306,19 +262,32 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
     chordwise = middle[-1] - middle[0]
     t = _unit(chordwise - np.sum(chordwise * e, axis=-1, keepdims=True) * e)
     k = np.cross(t, e)
+    if mesh.turn.any():
+        # About the span's direction across x, as a swept wing is rigged; normal to e again.
+        level = _unit(chordwise)
+        chord = np.cos(mesh.turn)[:, None] * level \
+            - np.sin(mesh.turn)[:, None] * _unit(np.cross(level, e))
+        k = _unit(np.cross(chord, e))
+        t = np.cross(e, k)
+        normal = np.broadcast_to(k, normal.shape)
+
+    across = np.cross(k, chordwise)
+    moment_axis = across / np.sum(across * e, axis=-1, keepdims=True)
 
     panel = grid.panels.start + np.arange(M * N).reshape(M, N)
     strip = grid.strips.start + np.arange(N)
     none = np.full(N, -1)
     span_edges = {
-        'vector': Z[:, 1:] - Z[:, :-1], 'middle': 0.5 * (Z[:, 1:] + Z[:, :-1]),
+        'vector': Z[:, 1:] - Z[:, :-1], 'middle': (1.0 - at) * Z[:, :-1] + at * Z[:, 1:],
         'plus': np.vstack([panel, none]), 'minus': np.vstack([none, panel]),
         'wake': np.vstack([np.full((M, N), -1), strip]),
         'strip': np.broadcast_to(strip[:, None], (M + 1, N, 2))}
     beside = np.full((M, 1), -1)
     neighbours = np.column_stack([np.r_[strip[0], strip], np.r_[strip, strip[-1]]])
+    # Of the last rings' sides what lies behind the trailing edge is wake: it carries no load.
+    ends = np.concatenate([Z[1:-1], P[-1:]])
     chord_edges = {
-        'vector': Z[1:] - Z[:-1], 'middle': 0.5 * (Z[1:] + Z[:-1]),
+        'vector': ends - Z[:-1], 'middle': 0.5 * (ends + Z[:-1]),
         'plus': np.hstack([beside, panel]), 'minus': np.hstack([panel, beside]),
         'wake': np.full((M, N + 1), -1),
         'strip': np.broadcast_to(neighbours, (M, N + 1, 2))}
@@ -340,6 +309,7 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
         'quarter_chord': 0.5 * (quarter[1:] + quarter[:-1]),
         'strip_chord': area.sum(axis=0) / width,
         'strip_width': width,
+        'moment_axis': moment_axis,
         'strip_surface': np.full(N, number),
         'span_place': np.cumsum(width) - 0.5 * width,
         'te_panel': panel[-1].copy(),
@@ -348,10 +318,11 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
 
 
 def _flaps(aircraft: Aircraft, grids: list[Grid], meshes: list[_SurfaceMesh],
-           arrays: dict[str, np.ndarray], rows: int) -> tuple[FloatArray, FloatArray]:
-    """Return flap_angle (controls, panels) and flap_shift (controls, strips) per unit angle."""
+           arrays: dict[str, np.ndarray], rows: int) -> tuple[FloatArray, ...]:
+    """Return per unit angle (controls, panels) turned, (controls, strips) turned, shift and cm."""
     angle = np.zeros((len(aircraft.controls), len(arrays['area'])))
     shift = np.zeros((len(aircraft.controls), len(arrays['strip_chord'])))
+    turned, moment = np.zeros_like(shift), np.zeros_like(shift)
     names = [grid.name for grid in grids]
     for c, control in enumerate(aircraft.controls):
         for effector in control.effectors:
@@ -359,11 +330,29 @@ def _flaps(aircraft: Aircraft, grids: list[Grid], meshes: list[_SurfaceMesh],
             grid = grids[s]
             covered = _covered(effector, aircraft.surfaces[s], meshes[s].edges)
             sign = np.array([control_sign(k) for k in arrays['strip_normal'][grid.strips]])
-            turn = effector.gain * sign * covered
-            angle[c, grid.panels] += np.outer(_behind(rows, effector.hinge), turn).ravel()
+            turn = effector.gain * sign * covered * _hinge_turn(meshes[s].corners, effector.hinge)
+            angle[c, grid.panels] += np.outer(behind(rows, effector.hinge), turn).ravel()
+            turned[c, grid.strips] += turn
+            moment[c, grid.strips] += turn * flap_moment(rows, effector.hinge)
             shift[c, grid.strips] += turn * flap_effectiveness(rows, effector.hinge)
         _require_effect(control, angle[c])
-    return angle, shift
+    return angle, turned, shift, moment
+
+
+def _hinge_turn(corners: FloatArray, hinge: float) -> FloatArray:
+    """
+    Return how far panels turn about their span axis (strips,) for a turn about the hinge line.
+
+    Along the chord both turns must wash alike. With h and e the unit vectors of the hinge and of
+    the quarter chord, k the normal and c the chord: h x k . c = turn e x k . c, the cosine of the
+    hinge's sweep over that of the quarter chord's; 1 where there is no taper.
+    """
+    front, rear = corners[0], corners[-1]
+    chord = 0.5 * (rear[1:] + rear[:-1] - front[1:] - front[:-1])
+    quarter, line = (_unit(np.diff((1.0 - x) * front + x * rear, axis=0)) for x in (0.25, hinge))
+    normal = np.cross(chord, quarter)
+    return np.sum(np.cross(line, normal) * chord, axis=-1) \
+        / np.sum(np.cross(quarter, normal) * chord, axis=-1)
 
 
 def _require_effect(control: Control, angle: FloatArray) -> None:

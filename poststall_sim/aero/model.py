@@ -43,7 +43,8 @@ class Settings:
     time, lag [chords] its time constant under LAG, relaxation and delay [chords] tau_1 and tau_2
     under GOMAN_KHRABROV, of the size identified for airfoils there; wake : its shape, free_rows
     that move in a free one, every so many steps, free_every; ground : flat, at altitude 0, felt
-    by its mirror image in unsteady flow.
+    by its mirror image in unsteady flow; axial_wake : straight wakes go along x, as AVL's do, not
+    with the flow, in steady flow.
     """
 
     chordwise: int = 4
@@ -70,6 +71,7 @@ class Settings:
     free_rows: int = 16
     free_every: int = 2
     ground: bool = False
+    axial_wake: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what cannot be computed."""
@@ -82,8 +84,9 @@ class Settings:
                 raise ConfigError(f'ell must be 0 to 10 chords, got {self.ell!r}')
         if not 0.0 < self.damping <= 1.0:
             raise ConfigError(f'damping must be above 0 and at most 1, got {self.damping!r}')
-        if self.unsteady and self.angle_form is AngleForm.LINEAR:
-            raise ConfigError('the linear angle form is for steady flow: set unsteady to False')
+        if self.unsteady and (self.angle_form is AngleForm.LINEAR or self.axial_wake):
+            raise ConfigError('the linear angle form and the axial wake are for steady flow: set '
+                              'unsteady to False')
         if self.separation is not Separation.QUASI_STEADY and not (
                 self.unsteady and self.decambering and self.closure is Closure.NONLOCAL):
             raise ConfigError(f'separation {self.separation.value} is for unsteady flow with the '
@@ -149,6 +152,11 @@ class Model:
         length = float(np.ptp(self.lattice.wake_nodes[:, 0]))
         return length + 20.0 * float(self.lattice.strip_chord.max())
 
+    def at(self, airspeed: float, viscosity: float, deflections: FloatArray) -> 'Model':
+        """Return it with the section curves that it flies, see `Lattice.at`."""
+        lattice = self.lattice.at(airspeed, viscosity, deflections)
+        return self if lattice is self.lattice else replace(self, lattice=lattice)
+
     def wake_rows(self, step: float) -> int:
         """Return how many rows of wake are kept that are a step [m] long."""
         return max(2, math.ceil(self.wake_length / step))
@@ -165,6 +173,11 @@ class Onset:
     velocity_G: FloatArray
     rates_G: FloatArray
     gust: Callable[[FloatArray], FloatArray] | None = None
+
+    @property
+    def airspeed(self) -> float:
+        """Return the speed of the air past the centre of gravity [m/s]."""
+        return float(np.linalg.norm(self.velocity_G))
 
     def at(self, arm: FloatArray) -> FloatArray:
         """Return the velocity (..., 3) of the air past points at arms (..., 3) from the CG."""

@@ -271,7 +271,8 @@ class SteadyProblem:
 
 def steady_problem(model: Model, onset: Onset, deflections: FloatArray) -> SteadyProblem:
     """Return the decambering problem of all surfaces and their straight wakes at once."""
-    direction = wake_direction(onset.velocity_G)
+    direction = np.array([1.0, 0.0, 0.0]) if model.settings.axial_wake \
+        else wake_direction(onset.velocity_G)
     far = far_normalwash(model.lattice, direction)
     # A value that is not finite goes through to the status; a step never raises.
     factors = lu_factor(model.bound + far @ model.te_rows, check_finite=False)

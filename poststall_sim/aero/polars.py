@@ -113,6 +113,19 @@ def section_polar(airfoil: Airfoil) -> SectionPolar:
     return _polar(curve, airfoil.name)
 
 
+def moved(polar: SectionPolar, by: float, cm: float = 0.0) -> SectionPolar:
+    """Return the curves at alpha - by [rad], with cm more of the moment."""
+    if by == 0.0 and cm == 0.0:
+        return polar
+    curve = np.empty((3, 2, GRID + 1))
+    for c in range(3):
+        for i, alpha in enumerate(np.linspace(-math.pi, math.pi, GRID + 1)):
+            curve[c, :, i] = lift(polar.curve[c:c + 1], alpha - by)
+        curve[c, :, -1] = curve[c, :, 0]
+    curve[CM, 0] += cm
+    return _polar(curve, 'with its flap down')
+
+
 def mixture(first: SectionPolar, second: SectionPolar, share: float) -> SectionPolar:
     """Return the curves (1 - share) first + share second, for a strip between two sections."""
     if share == 0.0 or first is second:

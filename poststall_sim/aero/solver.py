@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import lu_solve
 
+from poststall_sim import fuselage
 from poststall_sim.aero import images, loads, separation, wash
 from poststall_sim.aero import wake as wakes
 from poststall_sim.aero.lattice import Lattice
@@ -127,7 +128,10 @@ def _result(model: Model, onset: Onset, boundary: Boundary, operating: Operating
     loads.section_force(
         density, operating.alpha, operating.speed, values[:, 1], values[:, 2],
         lattice.strip_chord, lattice.strip_width, lattice.chord_axis, lattice.strip_normal,
-        lattice.span_axis, model.quarter_arm, total)
+        lattice.moment_axis, model.quarter_arm, total)
+    aircraft = model.aircraft
+    if aircraft.bodies:
+        total += fuselage.load(aircraft.bodies, aircraft.mass.cg_G, onset.at, density)
     worst = float(np.abs(operating.residual).max())
     status = Status.CONVERGED if worst <= settings.tolerance else Status.NOT_CONVERGED
     if not (np.isfinite(total).all() and math.isfinite(worst)):

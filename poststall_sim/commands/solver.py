@@ -39,7 +39,11 @@ def add_options(command: argparse.ArgumentParser, *,
 def aircraft(arguments: argparse.Namespace):
     """Return the aircraft that the options name."""
     from poststall_sim import definition
-    return definition.aircraft(definition.find(definition.Kind.AIRCRAFT, arguments.aircraft))
+    defined = definition.aircraft(
+        definition.find(definition.Kind.AIRCRAFT, arguments.aircraft))
+    for assumption in defined.assumptions:
+        terminal.complain(f'{defined.name}: {assumption}')
+    return defined
 
 
 def model(arguments: argparse.Namespace):
@@ -49,7 +53,7 @@ def model(arguments: argparse.Namespace):
     strips = _of_surfaces('strips', arguments.strips, names,
                           [surface.strips for surface in defined.surfaces])
     cut = replace(defined, surfaces=tuple(
-        replace(surface, strips=int(n)) for surface, n in zip(defined.surfaces, strips)))
+        surface.cut(int(n)) for surface, n in zip(defined.surfaces, strips)))
     ell = _of_surfaces('ell', arguments.ell, names, [models.DEFAULTS.ell] * len(names))
     settings = _settings(arguments, ell[0] if len(set(ell)) == 1 else tuple(ell))
     with terminal.patience():
@@ -108,7 +112,8 @@ def _settings(arguments: argparse.Namespace, ell: float | tuple[float, ...]):
         closure=closure, ell=ell, decambering=not arguments.no_decambering,
         angle_form=AngleForm(asked.get('angle_form', 'exact')),
         start=Start(start) if start in ('zero', 'schemeA1') else Start.GIVEN,
-        symmetric=asked.get('symmetric', False), unsteady='angle_form' not in asked,
+        symmetric=asked.get('symmetric', False), axial_wake=asked.get('axial_wake', False),
+        unsteady='angle_form' not in asked,
         **{key: value for key, value in given.items() if value is not None})
 
 
@@ -127,6 +132,7 @@ def head(arguments: argparse.Namespace, model) -> dict[str, Any]:
             'strips': {grid.name: grid.strips.stop - grid.strips.start
                        for grid in model.lattice.grids},
             'ell_chords': settings.ell, 'decambering': settings.decambering,
-            'angle_form': settings.angle_form.value, 'damping': settings.damping,
+            'angle_form': settings.angle_form.value, 'axial_wake': settings.axial_wake,
+            'damping': settings.damping,
             'symmetric': settings.symmetric, 'tolerance': settings.tolerance,
             'limit': settings.limit}}

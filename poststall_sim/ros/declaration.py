@@ -72,8 +72,13 @@ def _declared(node: Node, kind: type[Settings], given: dict[str, Any]) -> Settin
     return kind(**values)
 
 
-def follow(node: Node, settings: Settings, changed: Callable[[Settings], None]) -> None:
-    """Call ``changed`` with the new record whenever a writable parameter has been set."""
+def follow(node: Node, settings: Settings, changed: Callable[[Settings], None],
+           together: Callable[[Settings], Any] = lambda settings: None) -> None:
+    """
+    Call ``changed`` with the new record whenever a writable parameter has been set.
+
+    together : raises `ConfigError` for values that do not go together; they are refused.
+    """
     kind = type(settings)
     by_name = {field.metadata['name']: field for field in dataclasses.fields(kind)}
     current = [settings]
@@ -88,7 +93,9 @@ def follow(node: Node, settings: Settings, changed: Callable[[Settings], None]) 
 
     def check(parameters: list[Parameter]) -> SetParametersResult:
         try:
-            _check(kind, updated(parameters))
+            values = updated(parameters)
+            _check(kind, values)
+            together(dataclasses.replace(current[0], **values))
         except ConfigError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the simulator counts while it flies, and the diagnostics made from it."""
 
+import math
+
 from poststall_sim.frames import rotation
 from poststall_sim.ros import optional
 from poststall_sim.ros.commands import CommandDesk, Refusal, Source
@@ -15,7 +17,7 @@ class Health:
 
     def __init__(self, node_name: str, closure: str) -> None:
         self._name = node_name
-        self._closure = closure
+        self.closure = closure
         self._missing = ', '.join(optional.missing()) or 'none'
         self.tally = SolverTally()
         self.refused = dict.fromkeys(Refusal, 0)
@@ -115,7 +117,27 @@ class Health:
 
     def solver(self, snapshot: Snapshot) -> Condition:
         """Say how the decambering does."""
-        return self.tally.condition(f'{self._name}: solver', snapshot, self._closure)
+        return self.tally.condition(f'{self._name}: solver', snapshot, self.closure)
+
+    def engines(self, snapshot: Snapshot, names: tuple[str, ...]) -> Condition:
+        """Say what each engine does, and which of them do not work."""
+        found = snapshot.engines
+        failed = [name for name, gone in zip(names, found.failed) if gone]
+        empty = [name for name, charge in zip(names, found.charge) if charge <= 0.0]
+        values = {}
+        for i, name in enumerate(names):
+            values[f'{name}_thrust_N'] = float(found.thrust[i])
+            if found.speed[i]:
+                values[f'{name}_rpm'] = float(found.speed[i]) * 30.0 / math.pi
+            if found.voltage[i]:
+                values |= {f'{name}_voltage_V': float(found.voltage[i]),
+                           f'{name}_current_A': float(found.current[i]),
+                           f'{name}_charge': float(found.charge[i])}
+        text = '; '.join(
+            [f'failed: {", ".join(failed)}'] * bool(failed)
+            + [f'battery empty: {", ".join(empty)}'] * bool(empty)) or 'at work'
+        return Condition(Level.WARN if failed or empty else Level.OK,
+                         f'{self._name}: engines', text if names else 'none', values)
 
     def commands(self, desk: CommandDesk, time_ns: int, source_asked: str,
                  repeated: int) -> Condition:

@@ -46,6 +46,15 @@ def qos_profile(qos: Qos) -> QoSProfile:
                     else DurabilityPolicy.VOLATILE))
 
 
+SERVICES = qos_profile(Qos(depth=1000))
+"""
+Of every service: so many calls may wait for one long step, as with parameters.
+
+The history of a service is one for all its callers, so at the middleware's 10 the eleventh call
+that waits, whoever made it, pushes out the first, which is then never answered.
+"""
+
+
 def fill(message: Any, fields: Fields) -> Any:
     """
     Write plain fields into a message and return it; what the fields do not name stays.

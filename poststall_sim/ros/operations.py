@@ -20,6 +20,7 @@ from poststall_sim.frames import (
     quaternion_from_euler,
     rotation,
 )
+from poststall_sim.ros import messages
 from poststall_sim.state import BodyState, Controls, Status
 
 if TYPE_CHECKING:
@@ -37,9 +38,11 @@ class Operations:
         for name, operation in (
                 ('reset', self.reset), ('step', self.step), ('trim', self.trim),
                 ('save_state', self.save), ('load_state', self.load)):
-            node.create_service(Trigger, name, _triggered(operation))
+            node.create_service(
+                Trigger, name, _triggered(operation), qos_profile=messages.SERVICES)
         for name, switch in (('pause', self.pause), ('engage', self.engage)):
-            node.create_service(SetBool, name, _switched(switch))
+            node.create_service(
+                SetBool, name, _switched(switch), qos_profile=messages.SERVICES)
 
     def pause(self, paused: bool) -> Answer:
         """Pause, or fly on, as a user asks."""
@@ -90,12 +93,13 @@ class Operations:
         if on_ground:
             position_N = position_N - [0.0, 0.0, settings.initial_altitude]
         found = trims.straight(
-            flight.model, airspeed=settings.initial_airspeed, altitude=-float(position_N[2]))
+            flight.model, airspeed=settings.initial_airspeed, altitude=-float(position_N[2]),
+            failed=flight.failed_engines)
         if found.status is not Status.CONVERGED:
             raise ConfigError(f'no trim at {settings.initial_airspeed:g} m/s: {found.message}')
         if on_ground:
             heading = float(euler_from_quaternion(q_NB)[2])
-            q_NB = quaternion_from_euler(0.0, found.alpha + found.climb_angle, heading)
+            q_NB = quaternion_from_euler(found.bank, found.pitch, heading)
         flight.place(BodyState(
             position_N, found.velocity_B + rotation(q_NB).T @ flight.wind_N, np.zeros(3), q_NB),
             found.controls, delta0=found.aero.strips.delta)
@@ -140,6 +144,7 @@ class Operations:
         except ConfigError as error:
             return False, str(error)
         loaded.gusts = node.flight.gusts
+        loaded.failed_engines = node.flight.failed_engines
         if node.follows or not node.settings.reset_time:
             loaded.set_time(node.flight.snapshot.time_ns)
         node.flight = loaded

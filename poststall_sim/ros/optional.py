@@ -8,7 +8,7 @@ import importlib
 import importlib.util
 from typing import TYPE_CHECKING, Any
 
-from poststall_sim import topics
+from poststall_sim import fields
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.frames import rotation, swap_ned_enu
 from poststall_sim.ros import messages
@@ -81,7 +81,7 @@ class SimulationInterfaces:
                 (srv.StepSimulation, 'step_simulation', self._step),
                 (srv.GetEntityState, 'get_entity_state', self._get_entity),
                 (srv.SetEntityState, 'set_entity_state', self._set_entity)):
-            node.create_service(kind, name, answer)
+            node.create_service(kind, name, answer, qos_profile=messages.SERVICES)
 
     def _say(self, response: Any, code: int, text: str = '') -> Any:
         response.result.result, response.result.error_message = code, text
@@ -123,10 +123,10 @@ class SimulationInterfaces:
             return self._say(response, self._unknown, f'there is no {request.entity!r}')
         to_map = rotation(snapshot.body.q_NB)
         messages.fill(response.state, {
-            'header': topics.header(snapshot.time_ns, layout.map_frame),
-            'pose': topics.pose_fields(snapshot),
-            'twist': {'linear': topics.map_xyz(to_map @ snapshot.body.velocity_B),
-                      'angular': topics.map_xyz(to_map @ snapshot.body.rates_B)}})
+            'header': fields.header(snapshot.time_ns, layout.map_frame),
+            'pose': fields.pose_fields(snapshot),
+            'twist': {'linear': fields.map_xyz(to_map @ snapshot.body.velocity_B),
+                      'angular': fields.map_xyz(to_map @ snapshot.body.rates_B)}})
         return self._say(response, self._ok)
 
     def _set_entity(self, request: Any, response: Any) -> Any:

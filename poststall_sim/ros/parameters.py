@@ -114,6 +114,7 @@ class SimulatorSettings(JoySettings):
         Rate.STATE, 'pose, odom, wrench, air_data, joint_states and the like; 0 = off')
     rates_strips: float = rate_entry(Rate.STRIPS, 'strip_*; 0 = off')
     rates_wind: float = rate_entry(Rate.WIND, 'wind/applied; 0 = off')
+    rates_battery: float = rate_entry(Rate.BATTERY, 'battery, of electric engines; 0 = off')
     rates_tf: float = rate_entry(Rate.TF, '/tf, where tf2_msgs is installed; 0 = off')
     rates_views: float = rate_entry(Rate.VIEWS, 'markers and strips; 0 = off')
     rates_path: float = rate_entry(Rate.PATH, 'path; 0 = off')
@@ -133,6 +134,9 @@ class SimulatorSettings(JoySettings):
     wind_velocity: tuple[float, ...] = entry(
         'wind.velocity', (0.0, 0.0, 0.0), 'Velocity of the air, where it blows TO: east, north, '
         'up [m/s]', low=-100.0, high=100.0, writable=True)
+    engine_failures: str = entry(
+        'engine_failures', '', 'Names of engines that do not work, with commas between them',
+        writable=True)
     command_source: str = entry(
         'command.source', 'auto', 'Who flies; auto: the pilot while his commands are fresh, '
         'else the autopilot; sum: trim and what both add to it',
@@ -149,6 +153,9 @@ class SimulatorSettings(JoySettings):
         choices=('hold', 'trim', 'neutral'), writable=True)
     uvlm_chordwise: int = entry(
         'uvlm.chordwise', _AERO.chordwise, 'Panels along every chord [-]', low=1, high=32)
+    uvlm_spanwise: int = entry(
+        'uvlm.spanwise', 0, "Strips of every surface [-]; 0 = those of the aircraft's file",
+        low=0, high=200)
     uvlm_wake_length: float = entry(
         'uvlm.wake_length', 0.0, 'Length of wake that is kept [m]; 0 = auto',
         low=0.0, high=10000.0)
@@ -171,7 +178,7 @@ class SimulatorSettings(JoySettings):
         'ground.effect', _AERO.ground, 'Feel the flat ground at altitude 0, by a mirror image')
     decambering_enabled: bool = entry(
         'decambering.enabled', True, 'Correct the lattice by section curves; false: attached '
-        'flow at any angle')
+        'flow at any angle', writable=True)
     decambering_closure: str = entry(
         'decambering.closure', 'nonlocal', 'How the section angle is found',
         choices=('nonlocal', 'local'))
@@ -181,6 +188,9 @@ class SimulatorSettings(JoySettings):
     decambering_tolerance: float = entry(
         'decambering.tolerance', _AERO.tolerance, 'Residual at which the iteration ends [rad]',
         low=1e-12, high=0.1)
+    decambering_max_iterations: int = entry(
+        'decambering.max_iterations', _AERO.limit, 'Iterations after which the best is taken [-]',
+        low=1, high=10_000)
     separation: str = entry(
         'separation.law', _AERO.separation.value, 'How separation follows the flow in time: at '
         'once, late with one time constant, or by the law of Goman and Khrabrov',
@@ -201,6 +211,11 @@ class SimulatorSettings(JoySettings):
         by_parameter = {field.metadata['name']: getattr(self, field.name)
                         for field in dataclasses.fields(self)}
         return {rate: by_parameter[rate.parameter] for rate in Rate if rate.counts == SIMULATED}
+
+    @property
+    def closure(self) -> str:
+        """How the section angle is found, for reports."""
+        return self.decambering_closure if self.decambering_enabled else 'off: attached flow'
 
     @property
     def base_frame(self) -> str:

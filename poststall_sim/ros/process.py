@@ -68,9 +68,13 @@ class _Signals:
             sys.__unraisablehook__(unraisable)
 
 
-def run(name: str, make: Callable[[], Node], args: list[str] | None = None) -> int:
+def run(name: str, make: Callable[[], Node], args: list[str] | None = None, *,
+        patience: float | None = 0.1) -> int:
     """
     Make a node and spin it until a signal comes or it ends itself; return the exit code.
+
+    patience : how long to wait at most before looking for signals [s]; None where a timer of the
+    node's own wakes it more often, which saves rclpy a new timer for each wait.
 
     A node ends itself by setting its ``exit_code``. Signals are handled here and not by rclpy,
     which would close the context under a callback that is just publishing. A `ConfigError`
@@ -86,7 +90,7 @@ def run(name: str, make: Callable[[], Node], args: list[str] | None = None) -> i
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         while rclpy.ok() and not ending() and getattr(node, 'exit_code', None) is None:
-            executor.spin_once(timeout_sec=0.1)
+            executor.spin_once(timeout_sec=patience)
     except KeyboardInterrupt:
         signals.built()
     except ConfigError as error:

@@ -20,7 +20,7 @@ _DELAY = 'Delay [s of simulated time] from a sample, whose time is in the stamp,
 class SensorSettings:
     """Parameters of the sensors: rates, delays, standard deviations of white noise, biases."""
 
-    seed: int = entry('sensors.seed', 1, 'Seed of the noise: the same seed, the same noise',
+    seed: int = entry('sensors.seed', 1, 'Seed of the noise [-]: the same seed, the same noise',
                       low=0, high=2**31 - 1)
     imu_rate: float = rate_entry(Rate.SENSED_IMU, 'sensors/imu; 0 = off')
     imu_delay: float = entry('sensors.imu.delay', 0.0, _DELAY, low=0.0, high=10.0)

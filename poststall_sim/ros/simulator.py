@@ -5,10 +5,12 @@
 import gc
 import sys
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from rclpy.clock import Clock, ClockType
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock as ClockMessage
@@ -22,7 +24,7 @@ from poststall_sim.aero.wash import Precision
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.fields import Fields
 from poststall_sim.frames import swap_ned_enu
-from poststall_sim.ros import declaration, messages, optional, process
+from poststall_sim.ros import declaration, engine_failures, messages, optional, process
 from poststall_sim.ros.commands import CommandDesk, OnTimeout
 from poststall_sim.ros.health import Health
 from poststall_sim.ros.inbox import Inbox
@@ -38,26 +40,38 @@ PAUSED_PERIOD = 0.05
 """While paused, /clock is repeated and new subscribers are looked for this often [s]."""
 
 
+def aero_settings(settings: SimulatorSettings) -> Settings:
+    """Return how the aerodynamics are computed; `ConfigError` for what does not go together."""
+    return Settings(
+        chordwise=settings.uvlm_chordwise,
+        wake_length=settings.uvlm_wake_length or None, wake=Shape(settings.uvlm_wake),
+        free_rows=settings.uvlm_free_rows, free_every=settings.uvlm_free_every,
+        precision=Precision(settings.uvlm_precision), coarsen=settings.uvlm_coarsen,
+        interpolate=settings.uvlm_interpolate, ground=settings.ground_effect,
+        closure=Closure[settings.decambering_closure.upper()],
+        ell=settings.decambering_ell, tolerance=settings.decambering_tolerance,
+        limit=settings.decambering_max_iterations,
+        separation=Separation(settings.separation), lag=settings.separation_lag,
+        relaxation=settings.separation_relaxation, delay=settings.separation_delay,
+        decambering=settings.decambering_enabled)
+
+
 def flight_from_settings(settings: SimulatorSettings, progress) -> simulation.Flight:
     """Read the aircraft, build its model and trim it; ``progress`` hears what is being done."""
     path = definition.find(definition.Kind.AIRCRAFT, settings.aircraft)
     progress(f'aircraft {path}')
+    aircraft = definition.aircraft(path)
+    for assumption in aircraft.assumptions:
+        progress(f'assumed: {assumption}')
+    if settings.uvlm_spanwise:
+        aircraft = replace(aircraft, surfaces=tuple(
+            surface.cut(settings.uvlm_spanwise) for surface in aircraft.surfaces))
     return simulation.start(
-        definition.aircraft(path),
-        Settings(
-            chordwise=settings.uvlm_chordwise,
-            wake_length=settings.uvlm_wake_length or None, wake=Shape(settings.uvlm_wake),
-            free_rows=settings.uvlm_free_rows, free_every=settings.uvlm_free_every,
-            precision=Precision(settings.uvlm_precision), coarsen=settings.uvlm_coarsen,
-            interpolate=settings.uvlm_interpolate, ground=settings.ground_effect,
-            closure=Closure[settings.decambering_closure.upper()],
-            ell=settings.decambering_ell, tolerance=settings.decambering_tolerance,
-            separation=Separation(settings.separation), lag=settings.separation_lag,
-            relaxation=settings.separation_relaxation, delay=settings.separation_delay,
-            decambering=settings.decambering_enabled),
+        aircraft, aero_settings(settings),
         airspeed=settings.initial_airspeed, altitude=settings.initial_altitude,
         wind_N=swap_ned_enu(np.array(settings.wind_velocity)),
-        dt=settings.dt or None, progress=progress)
+        dt=settings.dt or None, failed=engine_failures.names(settings.engine_failures),
+        progress=progress)
 
 
 class SimulatorNode(Node):
@@ -101,8 +115,7 @@ class SimulatorNode(Node):
         self._follower = Follower(
             self.flight.dt_ns, max_steps=self.settings.max_steps_per_wake)
         self.health = Health(
-            self.get_fully_qualified_name().lstrip('/'), self.settings.decambering_closure
-            if self.settings.decambering_enabled else 'off: attached flow')
+            self.get_fully_qualified_name().lstrip('/'), self.settings.closure)
         rates = self.settings.rates | sensors.rates
         self._instruments = sensors.instruments(self.layout)
         self._views = Views(self.flight.model, self.layout, rates[Rate.VIEWS])
@@ -112,19 +125,19 @@ class SimulatorNode(Node):
         self._outlets = self._open_outlets({rate for rate, hz in rates.items() if hz == 0.0})
         self._listeners = dict.fromkeys(self._outlets, 0)
         self._shown_ns: dict[Topic, int] = {}
-        self._tended_ns = -1
+        self._tended_ns, self._tend_at = -1, 0.0
         self.operations = Operations(self)
         self.inbox = Inbox(self)
         if self.follows:
             self.create_subscription(ClockMessage, topics.CLOCK.name, self._on_clock,
                                      messages.qos_profile(topics.CLOCK.qos))
         optional.open_services(self)
-        declaration.follow(self, self.settings, self._on_settings)
+        engine_failures.check(self, self.flight.model.aircraft)
+        declaration.follow(self, self.settings, self._on_settings, aero_settings)
 
         # This node makes simulated time, so its timers must not wait for it.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._wake_timer = self.create_timer(self._wake_period(), self._wake, clock=steady)
-        self.create_timer(PAUSED_PERIOD, self._tend, clock=steady)
+        self._wake_timer = self.create_timer(self._wake_period(), self._look, clock=steady)
         self.create_timer(1.0 / self.settings.rates_diagnostics, self._report, clock=steady)
         self._publish_all()
         gc.collect()
@@ -142,16 +155,17 @@ class SimulatorNode(Node):
         if not self.settings.publish_clock:
             off = off | {Rate.CLOCK}
         for topic in topics.PUBLISHED:
-            if topic.rate in off:
+            if topic.rate in off or not topic.shown_by(self.layout):
                 continue
-            if topic is topics.JOINT_STATES and not self.layout.command_names:
-                continue   # nothing to move: its arrays would be empty
             if not messages.available(topic.type):
                 missing.setdefault(topic.type.partition('/')[0], []).append(topic.name)
                 continue
             kind = messages.message_class(topic.type)
-            outlets[topic] = (
-                self.create_publisher(kind, topic.name, messages.qos_profile(topic.qos)), kind())
+            # rclpy goes through all event handlers at each wake, which costs half as much as the
+            # flight does; who asks for another quality of service is told so on his own side.
+            outlets[topic] = (self.create_publisher(
+                kind, topic.name, messages.qos_profile(topic.qos),
+                event_callbacks=PublisherEventCallbacks(use_default_callbacks=False)), kind())
         for package, names in missing.items():
             self.get_logger().info(
                 f'{package} is not installed, so there is no {" and no ".join(names)}')
@@ -162,6 +176,18 @@ class SimulatorNode(Node):
         if self.settings.real_time_factor == 0.0:
             return 0.0
         return min(max(self.flight.dt_ns * 1e-9 / self.settings.real_time_factor, 1e-3), 1e-2)
+
+    def _look(self) -> None:
+        """
+        Take the steps that are due, and look around every `PAUSED_PERIOD`.
+
+        Both by one timer: each call of another costs rclpy two rounds of all that the node has.
+        """
+        now = time.monotonic()
+        if now >= self._tend_at:
+            self._tend_at = now + PAUSED_PERIOD
+            self._tend()
+        self._wake()
 
     def _wake(self) -> None:
         """Take the steps that are due."""
@@ -326,6 +352,7 @@ class SimulatorNode(Node):
                 health.following(self._follower, snapshot.time_ns, sources) if self.follows
                 else health.pace(self._pacer, self._waits_for()),
                 health.solver(snapshot),
+                health.engines(snapshot, self.flight.model.aircraft.engine_names),
                 health.commands(self.desk, snapshot.time_ns, self.settings.command_source,
                                 self.inbox.turns.repeated)])))
 
@@ -340,13 +367,17 @@ class SimulatorNode(Node):
             self._pacer.factor = settings.real_time_factor
             self._pacer.stop()
             self._wake_timer.timer_period_ns = round(self._wake_period() * 1e9)
+        self.flight.failed_engines = engine_failures.names(settings.engine_failures)
+        if settings.decambering_enabled != before.decambering_enabled:
+            self.flight.model = replace(self.flight.model, settings=aero_settings(settings))
+            self.health.closure = settings.closure
         if settings.wind_velocity != before.wind_velocity:
             self.flight.wind_N = swap_ned_enu(np.array(settings.wind_velocity))
 
 
 def main(args: list[str] | None = None) -> int:
     """Fly the aircraft that the parameters name until told to stop; return the exit code."""
-    return process.run('simulator', SimulatorNode, args)
+    return process.run('simulator', SimulatorNode, args, patience=None)
 
 
 if __name__ == '__main__':

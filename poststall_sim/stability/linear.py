@@ -30,6 +30,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from poststall_sim import fuselage
 from poststall_sim.aero import loads, wake
 from poststall_sim.aero.decambering import (
     AngleForm,
@@ -163,6 +164,8 @@ def linearise(model: Model, onset: Onset, deflections: FloatArray, aero: AeroRes
     section = _section_loads(model, density, boundary, aero, points)
     section_nu, section_flap, section_turn, section_wash = np.split(section, widths, axis=1)
     edge_nu = _passing_rate(model.edge_arm).reshape(-1, 6)
+    bodies_nu = fuselage.load_slope(model.aircraft.bodies, model.aircraft.mass.cg_G,
+                                    onset.velocity_G, onset.rates_G, density)
     arrays = {
         'bound': model.bound, 'wake': at_panels, 'onset': onset_rate, 'flap': flap, 'turn': turn,
         'other': other, 'foreign': np.where(apart, at_panels, 0.0),
@@ -170,7 +173,7 @@ def linearise(model: Model, onset: Onset, deflections: FloatArray, aero: AeroRes
         'load_bound': _in_body(by_velocity @ model.edge_influence + by_strength @ bound_strength),
         'load_rate': _in_body(_rate_loads(model, density)),
         'load_wash': _in_body(section_wash), 'load_wake': _in_body(load_wake),
-        'load_nu': _in_body(by_velocity @ edge_nu + section_nu),
+        'load_nu': _in_body(by_velocity @ edge_nu + section_nu + bodies_nu),
         'load_flap': _in_body(section_flap), 'load_turn': _in_body(section_turn),
         'load_sway': _in_body(np.einsum('ks,rsm->rkm', by_velocity, sway.at_edges)),
         'te': model.te_rows, 'chords': boundary.strips[10] * dt / lattice.strip_chord}
@@ -369,7 +372,7 @@ def _section_loads(model: Model, density: float, boundary: Boundary, aero: AeroR
         loads.section_force(
             density, alpha[here], points.at_speed[here], cd[here], cm[here],
             lattice.strip_chord[here], lattice.strip_width[here], lattice.chord_axis[here],
-            lattice.strip_normal[here], lattice.span_axis[here], model.quarter_arm[here], total)
+            lattice.strip_normal[here], lattice.moment_axis[here], model.quarter_arm[here], total)
         return total
 
     out = np.zeros((6, points.alpha.shape[1]))
