@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from poststall_sim.controls import Control
+from poststall_sim.controls import Control, Movable, movables
 from poststall_sim.engines import Engine
 from poststall_sim.frames import FloatArray
 from poststall_sim.nonlifting import NonliftingBody
@@ -234,7 +234,8 @@ class Aircraft:
     """
     Everything that is needed to fly, and nothing that changes in flight.
 
-    assumptions : what its file did not say and a reader had to assume, a sentence each.
+    movables, mixing : the parts that the controls move, see `controls.movables`; assumptions :
+    what its file did not say and a reader had to assume, a sentence each.
     """
 
     name: str
@@ -248,6 +249,8 @@ class Aircraft:
     assumptions: tuple[str, ...] = ()
     control_names: tuple[str, ...] = field(init=False)
     engine_names: tuple[str, ...] = field(init=False)
+    movables: tuple[Movable, ...] = field(init=False)
+    mixing: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
         """Refuse names that point nowhere or twice."""
@@ -293,6 +296,10 @@ class Aircraft:
                                       'not symmetric, so it has no left or right side')
         object.__setattr__(
             self, 'control_names', tuple(control.name for control in self.controls))
+        parts, mixing = movables(
+            self.controls, [surface.name for surface in self.surfaces if surface.symmetric])
+        object.__setattr__(self, 'movables', parts)
+        object.__setattr__(self, 'mixing', mixing)
 
     def require_engines(self, names: frozenset[str]) -> None:
         """Raise `ConfigError` for a name that no engine has."""

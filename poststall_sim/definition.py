@@ -18,11 +18,13 @@ from pathlib import Path
 import numpy as np
 
 from poststall_sim import (
+    air_reader,
     airfoil_reader,
     avl_reader,
     body_reader,
     control_reader,
     engine_reader,
+    failure_reader,
 )
 from poststall_sim.aircraft import (
     Aircraft,
@@ -165,9 +167,12 @@ def scenario(path: str | os.PathLike[str]) -> Scenario:
     altitude = initial.number('altitude_m', above=0)
     initial.done()
     channels = read.mapping('channels', default={})
+    atmosphere, weather = air_reader.air(read.mapping('air', default={}), altitude)
     return read.build(
         Scenario, name=name, duration=duration, airspeed=airspeed, altitude=altitude,
-        channels=tuple(_channel(channels.mapping(key), key) for key in channels.names()))
+        atmosphere=atmosphere, weather=weather,
+        channels=tuple(_channel(channels.mapping(key), key) for key in channels.names()),
+        faults=tuple(failure_reader.fault(item) for item in read.mappings('failures', default=[])))
 
 
 def _airfoil(read: Reader, key: str, folder: Path) -> list[Airfoil]:

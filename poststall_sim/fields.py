@@ -37,14 +37,15 @@ class Layout:
     """
     What stays the same during a flight: names, strip geometry, frames.
 
-    control_names : in the order of the deflections; engines : whether there is a throttle;
-    strip_names : one per strip; strip_place : (n, 3) their quarter chords in base_link [m];
-    strip_chord : (n,) [m]; strip_cl_max : (n,) each section's greatest lift; limits : (low, high)
-    by control [rad]; map_frame, base_frame : frame ids; battery_capacity : of all batteries
-    together [A h], 0 where there is none.
+    control_names : in the order of the deflections; movable_names : of the parts that they move;
+    engines : whether there is a throttle; strip_names : one per strip; strip_place : (n, 3) their
+    quarter chords in base_link [m]; strip_chord : (n,) [m]; strip_cl_max : (n,) each section's
+    greatest lift; limits : (low, high) by control [rad]; map_frame, base_frame : frame ids;
+    battery_capacity : of all batteries together [A h], 0 where there is none.
     """
 
     control_names: tuple[str, ...]
+    movable_names: tuple[str, ...]
     engines: bool
     strip_names: tuple[str, ...]
     strip_place: FloatArray

@@ -20,7 +20,6 @@ from poststall_sim import trim as trims
 from poststall_sim.aero.model import Model
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import GRAVITY, FloatArray
 from poststall_sim.state import Controls, Status
 from poststall_sim.trim import ACCEPTED, ALL_WORK, Trim, balance
@@ -80,7 +79,7 @@ def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = No
     known, unknown = _unknowns(model, task)
     bounds = _BOUNDS | {control.name: control.limits for control in aircraft.controls}
     low, high = (np.array([bounds[name][side] for name in unknown]) for side in (0, 1))
-    tight, air = trims.tight(model), standard_air(altitude)
+    tight, air = trims.tight(model), model.atmosphere.at(altitude)
     density = air.density
     delta = None if start is None else start.aero.strips.delta
     last: dict[str, AeroResult] = {}

@@ -144,6 +144,11 @@ class Reader:
         """Return the keys of a mapping whose keys are names of the user's choice."""
         return [self.where.name(key) for key in self._mapping]
 
+    def has(self, key: str) -> bool:
+        """Tell whether a key that may be left out is there."""
+        self._get(key, None)
+        return key in self._mapping
+
     def number(self, key: str, *, default: float = _REQUIRED, **limits: Any) -> float:
         """Return a finite number; limits: ``above``, ``at_least``, ``at_most``, ``within``."""
         return self.where.key(key).number(self._get(key, default), **limits)
@@ -159,10 +164,6 @@ class Reader:
             raise self.where.key(key).error(
                 f'must be a whole number from 1 to {at_most}, got {shown(value)}')
         return value
-
-    def has(self, key: str) -> bool:
-        """Tell whether a key is there."""
-        return key in self._mapping
 
     def boolean(self, key: str, *, default: bool = _REQUIRED) -> bool:
         """Return true or false."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from poststall_sim.aircraft import read_only
+from poststall_sim.atmosphere import Air
 from poststall_sim.frames import GRAVITY, FloatArray, rotation
 
 
@@ -122,21 +123,26 @@ class Snapshot:
     """
     One instant of a flight, everything that can be shown or published.
 
-    control_rates : how fast the controls went there in the step before [rad/s; throttle 1/s];
+    controls : as they stand; control_rates : how fast they went there in the step before [rad/s;
+    throttle 1/s]; commanded : what they were told, within their limits; angles (k,) of the
+    movable parts [rad] and angle_rates, likewise [rad/s];
     force_B, moment_B : aerodynamic, about the centre of gravity, added mass included [N, N m];
     thrust_B, thrust_moment_B : of the engines, with the torque on their mounts and the moment of
     turning shafts that are turned; engines : each by itself; velocity_air_B : through the air
     [m/s];
     acceleration_B : d(velocity)/dt seen from N, in B, gravity included [m/s^2];
     rate_change_B [rad/s^2]; load_factor : lift-wise specific force over g, 1 in level flight;
-    wind_N : velocity of the air, where it blows to [m/s]; iterations, max_residual and status
-    of the decambering.
+    wind_N : velocity of the air at the centre of gravity, where it blows to [m/s]; air : what it
+    is there; iterations, max_residual and status of the decambering.
     """
 
     time_ns: int
     body: BodyState
     controls: Controls
     control_rates: Controls
+    commanded: Controls
+    angles: FloatArray
+    angle_rates: FloatArray
     velocity_air_B: FloatArray
     airspeed: float
     alpha: float
@@ -150,7 +156,7 @@ class Snapshot:
     thrust_moment_B: FloatArray
     engines: EngineReadings
     wind_N: FloatArray
-    density: float
+    air: Air
     strips: Strips
     iterations: int
     max_residual: float
@@ -160,6 +166,16 @@ class Snapshot:
     def time(self) -> float:
         """Simulated time [s]."""
         return self.time_ns * 1e-9
+
+    @property
+    def density(self) -> float:
+        """Density of the air [kg/m^3]."""
+        return self.air.density
+
+    @property
+    def mach(self) -> float:
+        """Mach number [-]."""
+        return self.airspeed / self.air.speed_of_sound
 
     @property
     def specific_force_B(self) -> FloatArray:

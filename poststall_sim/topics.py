@@ -77,6 +77,7 @@ def layout(flight, *, map_frame: str = 'map', base_frame: str = 'base_link') -> 
     arm_G = lattice.quarter_chord - np.array(aircraft.mass.cg_G)
     return Layout(
         control_names=tuple(aircraft.control_names),
+        movable_names=tuple(part.name for part in aircraft.movables),
         engines=bool(aircraft.engines),
         strip_names=tuple(lattice.strip_names),
         strip_place=frames.swap_body_flu(frames.geometry_to_body(arm_G)),
@@ -87,6 +88,10 @@ def layout(flight, *, map_frame: str = 'map', base_frame: str = 'base_link') -> 
         battery_capacity=sum(
             engine.drive.battery.capacity for engine in aircraft.engines
             if isinstance(engine, Propeller) and isinstance(engine.drive, ElectricMotor)) / 3600.0)
+
+
+def _always(layout: Layout) -> bool:
+    return True
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,8 +113,13 @@ class Topic:
     fields: Making | None = None
     qos: Qos = Qos()
     bulk: bool = False
-    shown_by: Callable[[Layout], bool] = lambda layout: True
+    shown_by: Callable[[Layout], bool] = _always
     common: bool = True
+
+    @property
+    def everywhere(self) -> bool:
+        """Tell whether any aircraft has what it shows."""
+        return self.shown_by is _always
 
     @property
     def by_default(self) -> bool:
@@ -212,6 +222,20 @@ JOINT_STATES = Topic(
     lambda s, layout: joint_fields(s.time_ns, command_values(s.controls, layout),
                                    command_values(s.control_rates, layout)),
     shown_by=lambda layout: bool(layout.command_names))   # else its arrays would be empty
+JOINT_TARGETS = Topic(
+    'joint_targets', 'sensor_msgs/msg/JointState', Rate.STATE,
+    'what the controls are told, within their limits, by the names of joint_states [rad]; '
+    'velocity and effort are 0',
+    lambda s, layout: joint_fields(s.time_ns, command_values(s.commanded, layout)),
+    shown_by=lambda layout: bool(layout.command_names))
+SURFACE_STATES = Topic(
+    'surface_states', 'sensor_msgs/msg/JointState', Rate.STATE,
+    'angles of the movable parts by name, trailing edge down (left) positive [rad], with what has '
+    'failed; velocity their rates [rad/s]; effort is 0',
+    lambda s, layout: joint_fields(
+        s.time_ns, dict(zip(layout.movable_names, s.angles.tolist())),
+        dict(zip(layout.movable_names, s.angle_rates.tolist()))),
+    shown_by=lambda layout: bool(layout.movable_names))
 BATTERY = Topic(
     'battery', 'sensor_msgs/msg/BatteryState', Rate.BATTERY,
     'of electric engines: current of all batteries, charge and voltage of the least full, '
@@ -275,8 +299,11 @@ PUBLISHED: tuple[Topic, ...] = (
           fields.number('load_factor')),
     JOINT_STATES,
     BATTERY,
+    JOINT_TARGETS,
+    SURFACE_STATES,
     Topic('wind/applied', 'geometry_msgs/msg/Vector3Stamped', Rate.WIND,
-          'velocity of the air in map, where it blows TO [m/s]', fields.wind),
+          'velocity of the air in map at base_link, gusts and turbulence included, where it blows '
+          'TO [m/s]', fields.wind),
     Topic('strip_cl', _ARRAY, Rate.STRIPS, 'section lift coefficients [-]', fields.strips('cl')),
     Topic('strip_alpha', _ARRAY, Rate.STRIPS,
           'angles of attack at which the sections work [rad]', fields.strips('alpha')),

@@ -23,7 +23,7 @@ from poststall_sim.aero import solver
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.atmosphere import Air, standard_air
+from poststall_sim.atmosphere import Air
 from poststall_sim.engines import Propeller
 from poststall_sim.frames import (
     GRAVITY,
@@ -232,6 +232,12 @@ class _Search:
         residual, _ = balance(self.model, found)
         return replace(found, residual=residual if self.lateral else residual[_LENGTHWAYS])
 
+    def elevator(self, trial: Trim) -> float:
+        """Return what balances the pitching moment of the air, or the limit that is nearer."""
+        low, high = self.model.aircraft.controls[_elevator(self.model)].limits
+        return _crossing(lambda x: float(geometry_to_body(self.in_air(
+            self.moved(trial, {PITCH_CONTROL: x})).aero.moment_G)[1]), low, high)
+
     def balanced(self, trial: Trim, free: dict[str, float], airspeed: float = 1.0) -> Trim:
         """
         Return the trim that some fields and controls find, from where they are to start.
@@ -288,11 +294,13 @@ def straight(model: Model, *, airspeed: float, altitude: float, climb_angle: flo
     where there are several; failed : names of engines that do not work.
     """
     _elevator(model)
-    search = _Search(model, standard_air(altitude), failed, None)
+    search = _Search(model, model.atmosphere.at(altitude), failed, None)
     trial = search.trial(airspeed, alpha0, climb_angle)
     third = {'throttle': first_throttle(model, airspeed, search.air.density, failed)} \
         if set(model.aircraft.engine_names) - failed else {'climb_angle': -0.1}
-    return search.balanced(trial, {'alpha': alpha0, PITCH_CONTROL: 0.0, **third})
+    # From where the moments balance: far beyond its limits an elevator stalls, and does nothing.
+    return search.balanced(
+        trial, {'alpha': alpha0, PITCH_CONTROL: search.elevator(trial), **third})
 
 
 def glide(model: Model, *, alpha: float, altitude: float,
@@ -315,22 +323,17 @@ def glide(model: Model, *, alpha: float, altitude: float,
 def _gliding(model: Model, alpha: float, altitude: float,
              delta0: FloatArray | None) -> tuple[_Search, Trim]:
     """Return the glide at an angle of attack [rad] without any engines."""
-    search = _Search(model, standard_air(altitude), ALL_WORK, delta0)
+    search = _Search(model, model.atmosphere.at(altitude), ALL_WORK, delta0)
     weight = model.aircraft.mass.mass * GRAVITY
-    low, high = model.aircraft.controls[_elevator(model)].limits
     trial = search.trial(20.0, alpha)
-
-    def at(elevator: float) -> AeroResult:
-        return search.in_air(search.moved(trial, {PITCH_CONTROL: elevator})).aero
-
     for _ in range(SPEED_LIMIT):
-        elevator = _crossing(lambda x: float(geometry_to_body(at(x).moment_G)[1]), low, high)
-        stability = body_to_stability(geometry_to_body(at(elevator).force_G), alpha)
-        lift, drag = -float(stability[2]), -float(stability[0])
         before = trial.airspeed
-        trial = search.moved(trial, {
-            PITCH_CONTROL: elevator, 'climb_angle': -math.atan2(drag, lift),
-            'airspeed': before * math.sqrt(weight / math.hypot(lift, drag))})
+        trial = search.moved(trial, {PITCH_CONTROL: search.elevator(trial)})
+        stability = body_to_stability(
+            geometry_to_body(search.in_air(trial).aero.force_G), alpha)
+        lift, drag = -float(stability[2]), -float(stability[0])
+        trial = replace(trial, climb_angle=-math.atan2(drag, lift),
+                        airspeed=before * math.sqrt(weight / math.hypot(lift, drag)))
         # Coefficients know nothing of the airspeed but the Reynolds number.
         if model.lattice.tables is None or \
                 abs(trial.airspeed - before) < SAME_SPEED * before:

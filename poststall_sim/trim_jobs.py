@@ -16,7 +16,6 @@ from poststall_sim import jobs, manoeuvre
 from poststall_sim import polar as polars
 from poststall_sim import trim as trims
 from poststall_sim.aero.model import Model
-from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import GRAVITY
 from poststall_sim.jobs import Result
 from poststall_sim.manoeuvre import Task
@@ -98,7 +97,7 @@ def all_trims(model: Model, airspeed: float, *, altitude: float, climb_angle: fl
 
 def trim_result(model: Model, found: Trim, kind: str, altitude: float) -> Result:
     """Return a trim; kind : `powered` or `glide` if it is straight, else `steady`."""
-    density = standard_air(altitude).density
+    density = model.atmosphere.at(altitude).density
     controls = {f'{name}_deg': math.degrees(value) for name, value in
                 zip(model.aircraft.control_names, found.controls.deflections)}
     return {'kind': kind, 'trimmed': found.status is Status.CONVERGED, 'message': found.message,

@@ -181,7 +181,7 @@ def control(*effectors):
 
 def covered(flat, hinge=0.75):
     """Return the share of each strip that the only control covers, from what it shifts."""
-    return flat.flap_shift[0] / flap_effectiveness(flat.grids[0].rows, hinge)
+    return (flat.mixing.T @ flat.shift)[0] / flap_effectiveness(flat.grids[0].rows, hinge)
 
 
 def hinge_turn(hinge, leading, chords, length):
@@ -217,7 +217,7 @@ def test_side_and_gain_of_an_effector_pick_strips_and_sign():
     assert share[:2] == pytest.approx(0.5 * turn) and share[-2:] == pytest.approx(-turn)
     assert np.all(share[3:7] == 0.0)
     # Hinge at 3/4 of four rows: the last row turns whole, the others not at all.
-    turn = flat.flap_angle[0].reshape(4, 10)
+    turn = (flat.mixing.T @ flat.turn)[0].reshape(4, 10)
     assert np.all(turn[:3] == 0.0) and turn[3] == pytest.approx(share)
 
 
@@ -225,7 +225,7 @@ def test_panel_cut_by_the_hinge_turns_by_its_part_behind_it():
     """Hinge at 0.6 of four rows: 2/5 of the third panel lie ahead, so it turns by 3/5."""
     flat = lattice_of(fin(), controls=[Control('rudder', (-0.4, 0.4), (
         Effector('fin', hinge=0.6),))])
-    turn = flat.flap_angle[0].reshape(4, 4)
+    turn = (flat.mixing.T @ flat.turn)[0].reshape(4, 4)
     # Trailing edge left is towards the fin's normal, so its turn is nose-down: negative.
     expected = -np.array([0.0, 0.0, 0.6, 1.0]) * hinge_turn(0.6, (6.0, 6.3), (1.0, 0.7), 1.2)
     assert turn == pytest.approx(np.tile(expected[:, None], (1, 4)), abs=1e-12)

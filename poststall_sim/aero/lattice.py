@@ -18,15 +18,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from poststall_sim.aero import polars, reynolds, stations
-from poststall_sim.aero.plate import (
-    behind,
-    flap_effectiveness,
-    flap_moment,
-    flat_plate_share,
-)
+from poststall_sim.aero import plate, polars, reynolds, stations
+from poststall_sim.aero.flaps import floating_ratio
 from poststall_sim.aircraft import Aircraft, ConfigError, Surface
-from poststall_sim.controls import Control, Effector
+from poststall_sim.controls import Movable
 from poststall_sim.frames import FloatArray, control_sign
 
 
@@ -56,8 +51,9 @@ class Lattice:
     the span axis), strip_width, moment_axis (n, 3) of a moment about the span axis: across the
     chord, for a swept strip is cut along x, and so long that it has the whole along the span axis,
     strip_surface, span_place (along the span, for averaging),
-    polar_index into curves (k, 3, 2, grid); zero_lift, stall_high, stall_low (n,);
-    reynolds_range (n, 2) of the sections' tables and tables: see `reynolds.StripCurves`;
+    polar_index into curves (k, 3, 2, grid); zero_lift, stall_high, stall_low, separated_high,
+    separated_low (n,) see `SectionPolar`; reynolds_range (n, 2) of the sections' tables and
+    tables: see `reynolds.StripCurves`;
     te_panel (n,) the ring at the trailing edge, te_node (n,) left node in a row of wake nodes;
     mirror (n,) the strip across the plane y = 0, itself where there is none.
 
@@ -65,8 +61,11 @@ class Lattice:
     strength = G[edge_plus] - G[edge_minus] + Gw[edge_wake], -1 for none; edge_strip (s, 2)
     strips on both sides.
 
-    Controls (c): flap_angle (c, p) turn of a panel's normals and flap_shift (c, n) change of the
-    zero-lift angle, per unit deflection.
+    Movable parts (k), per unit angle of each: turn (k, p) of a panel's normals; for a flap shift
+    (k, n) of the zero-lift angle and load_moment (k, n) of the section's own moment coefficient,
+    see `flaps`; pivot (k, n) for an all-moving part, which turns the strip's chord with it.
+    floating (k, n) : angle at which a free part stands per angle of attack of the strips; travel
+    and stops (k, 2) [rad]; mixing (k, c) angles per unit deflection of the controls.
     """
 
     grids: tuple[Grid, ...]
@@ -103,8 +102,16 @@ class Lattice:
     edge_minus: np.ndarray
     edge_wake: np.ndarray
     edge_strip: np.ndarray
-    flap_angle: FloatArray
-    flap_shift: FloatArray
+    separated_high: FloatArray
+    separated_low: FloatArray
+    turn: FloatArray
+    shift: FloatArray
+    load_moment: FloatArray
+    pivot: FloatArray
+    floating: FloatArray
+    travel: FloatArray
+    mixing: FloatArray
+    stops: FloatArray
     strip_names: tuple[str, ...]
 
     @property
@@ -124,16 +131,35 @@ class Lattice:
         """Return the number of strips."""
         return len(self.strip_chord)
 
-    def at(self, airspeed: float, viscosity: float, deflections: FloatArray) -> 'Lattice':
+    def angles(self, deflections: FloatArray) -> FloatArray:
+        """Return where deflections (c,) put the movable parts (k,), within their stops [rad]."""
+        asked = self.mixing @ deflections
+        return np.minimum(np.maximum(asked, self.stops[:, 0]), self.stops[:, 1])
+
+    def angle_rate(self, deflections: FloatArray) -> FloatArray:
+        """Return the derivative (k, c) of `angles`: a part that is at a stop stays there."""
+        asked = self.mixing @ deflections
+        free = (asked > self.stops[:, 0]) & (asked < self.stops[:, 1])
+        return self.mixing * free[:, None]
+
+    def floating_angles(self, angles: FloatArray, alpha: FloatArray) -> FloatArray:
+        """
+        Return where the movable parts (k,) would float, within their travel [rad].
+
+        angles (k,) : of the parts now, alpha (n,) : at which their strips work [rad].
+        """
+        free = self.floating @ (alpha - angles @ self.pivot)
+        return np.minimum(np.maximum(free, self.travel[:, 0]), self.travel[:, 1])
+    def at(self, airspeed: float, viscosity: float, angles: FloatArray) -> 'Lattice':
         """
         Return it with the section curves that it flies; itself where sections have one table.
 
-        airspeed [m/s], kinematic viscosity [m^2/s], deflections (controls,) [rad].
+        airspeed [m/s], kinematic viscosity [m^2/s], angles (k,) of the movable parts [rad].
         """
         if self.tables is None:
             return self
         curves, landmarks = self.tables.at(
-            airspeed * self.tables.chord / viscosity, deflections)
+            airspeed * self.tables.chord / viscosity, angles)
         return replace(self, curves=curves, **dict(zip(
             reynolds.LANDMARKS, np.ascontiguousarray(landmarks[self.polar_index].T))))
 
@@ -206,21 +232,17 @@ def build(aircraft: Aircraft, rows: int) -> Lattice:
         node0, edge0 = grid.nodes.stop, grid.edges.stop
     arrays = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
 
-    flap_angle, flap_turn, flap_shift, flap_cm = _flaps(aircraft, grids, meshes, arrays, rows)
-    flown = reynolds.strip_curves(
-        aircraft.airfoils, [each for mesh in meshes for each in mesh.between],
-        arrays['strip_chord'], flap_turn, flap_shift, flap_cm)
+    movable, flown = _movables(aircraft, grids, meshes, arrays, rows)
     mirror = _mirror(arrays['quarter_chord'], arrays['strip_chord'])
-    for array in (*arrays.values(), flap_angle, flap_shift, mirror):
+    for array in (*arrays.values(), *movable.values(), mirror):
         array.setflags(write=False)
     return Lattice(
         grids=tuple(grids), mirror=mirror,
         curves=flown.curves, polar_index=flown.polar_index,
         reynolds_range=flown.reynolds_range, tables=flown.tables,
-        flap_angle=flap_angle, flap_shift=flap_shift,
         strip_names=tuple(f'{grid.name}_{i + 1}' for grid in grids
                           for i in range(grid.strips.stop - grid.strips.start)),
-        **dict(zip(reynolds.LANDMARKS, flown.landmarks)), **arrays)
+        **dict(zip(reynolds.LANDMARKS, flown.landmarks)), **movable, **arrays)
 
 
 def _mirror(place: FloatArray, chord: FloatArray) -> np.ndarray:
@@ -303,7 +325,7 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
         'tangent': _unit(np.cross(e[None], normal)).reshape(-1, 3),
         'area': area.ravel(),
         'panel_strip': np.tile(strip, M),
-        'panel_share': np.repeat(flat_plate_share(M), N),
+        'panel_share': np.repeat(plate.flat_plate_share(M), N),
         'wake_nodes': Z[-1].copy(),
         'span_axis': e, 'chord_axis': t, 'strip_normal': k,
         'quarter_chord': 0.5 * (quarter[1:] + quarter[:-1]),
@@ -317,59 +339,49 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
         **edges}
 
 
-def _flaps(aircraft: Aircraft, grids: list[Grid], meshes: list[_SurfaceMesh],
-           arrays: dict[str, np.ndarray], rows: int) -> tuple[FloatArray, ...]:
-    """Return per unit angle (controls, panels) turned, (controls, strips) turned, shift and cm."""
-    angle = np.zeros((len(aircraft.controls), len(arrays['area'])))
-    shift = np.zeros((len(aircraft.controls), len(arrays['strip_chord'])))
-    turned, moment = np.zeros_like(shift), np.zeros_like(shift)
+def _movables(aircraft: Aircraft, grids: list[Grid], meshes: list[_SurfaceMesh],
+              arrays: dict[str, np.ndarray], rows: int,
+              ) -> tuple[dict[str, FloatArray], reynolds.StripCurves]:
+    """Return what the movable parts do per unit angle, see `Lattice`, and the strips' curves."""
+    parts, panels, strips = aircraft.movables, len(arrays['area']), len(arrays['strip_chord'])
+    turn = np.zeros((len(parts), panels))
+    shift, load_moment, pivot, floating, flap = np.zeros((5, len(parts), strips))
     names = [grid.name for grid in grids]
-    for c, control in enumerate(aircraft.controls):
-        for effector in control.effectors:
-            s = names.index(effector.surface)
-            grid = grids[s]
-            covered = _covered(effector, aircraft.surfaces[s], meshes[s].edges)
-            sign = np.array([control_sign(k) for k in arrays['strip_normal'][grid.strips]])
-            turn = effector.gain * sign * covered * _hinge_turn(meshes[s].corners, effector.hinge)
-            angle[c, grid.panels] += np.outer(behind(rows, effector.hinge), turn).ravel()
-            turned[c, grid.strips] += turn
-            moment[c, grid.strips] += turn * flap_moment(rows, effector.hinge)
-            shift[c, grid.strips] += turn * flap_effectiveness(rows, effector.hinge)
-        _require_effect(control, angle[c])
-    return angle, turned, shift, moment
+    for k, part in enumerate(parts):
+        s = names.index(part.surface)
+        grid = grids[s]
+        sign = np.array([control_sign(each) for each in arrays['strip_normal'][grid.strips]])
+        turned = sign * _covered(part, aircraft.surfaces[s], meshes[s].edges) \
+            * plate.hinge_turn(meshes[s].corners, part.hinge)
+        turn[k, grid.panels] = np.outer(plate.behind(rows, part.hinge), turned).ravel()
+        weights = turned * arrays['strip_width'][grid.strips]
+        floating[k, grid.strips] = -floating_ratio(part.hinge) * weights \
+            / np.abs(weights).sum()
+        if part.hinge == 0.0:
+            pivot[k, grid.strips] = turned
+        else:
+            flap[k, grid.strips] = turned
+            shift[k, grid.strips] = turned * plate.flap_effectiveness(rows, part.hinge)
+            load_moment[k, grid.strips] = turned * plate.flap_moment(rows, part.hinge)
+    for control, mixed in zip(aircraft.controls, aircraft.mixing.T):
+        if not np.any(mixed @ turn):
+            raise ConfigError(
+                f'control {control.name}: its effectors cancel or cover no strip')
+    flown = reynolds.strip_curves(
+        aircraft.airfoils, [each for mesh in meshes for each in mesh.between],
+        arrays['strip_chord'], flap, shift, load_moment)
+    return {'turn': turn, 'shift': shift, 'load_moment': load_moment, 'pivot': pivot,
+            'floating': floating, 'mixing': aircraft.mixing,
+            'travel': np.array([part.travel for part in parts]).reshape(-1, 2),
+            'stops': np.array([part.stops for part in parts]).reshape(-1, 2)}, flown
 
 
-def _hinge_turn(corners: FloatArray, hinge: float) -> FloatArray:
-    """
-    Return how far panels turn about their span axis (strips,) for a turn about the hinge line.
-
-    Along the chord both turns must wash alike. With h and e the unit vectors of the hinge and of
-    the quarter chord, k the normal and c the chord: h x k . c = turn e x k . c, the cosine of the
-    hinge's sweep over that of the quarter chord's; 1 where there is no taper.
-    """
-    front, rear = corners[0], corners[-1]
-    chord = 0.5 * (rear[1:] + rear[:-1] - front[1:] - front[:-1])
-    quarter, line = (_unit(np.diff((1.0 - x) * front + x * rear, axis=0)) for x in (0.25, hinge))
-    normal = np.cross(chord, quarter)
-    return np.sum(np.cross(line, normal) * chord, axis=-1) \
-        / np.sum(np.cross(quarter, normal) * chord, axis=-1)
-
-
-def _require_effect(control: Control, angle: FloatArray) -> None:
-    if not np.any(angle):
-        raise ConfigError(f'control {control.name}: its effectors cancel or cover no strip')
-
-
-def _covered(effector: Effector, surface: Surface, edges: FloatArray) -> FloatArray:
-    """Return the share (strips,) of each strip's width that an effector covers."""
+def _covered(part: Movable, surface: Surface, edges: FloatArray) -> FloatArray:
+    """Return the share (strips,) of each strip's width that a movable part covers."""
     if surface.symmetric:
         half = 0.5 * edges[-1]
-        ranges = [(half + side * half * effector.span[0], half + side * half * effector.span[1])
-                  for side in (-1, 1) if effector.side in (0, side)]
+        low, high = sorted(half + part.side * half * share for share in part.span)
     else:
-        ranges = [(edges[-1] * effector.span[0], edges[-1] * effector.span[1])]
-    share = np.zeros(len(edges) - 1)
-    for a, b in ranges:
-        low, high = min(a, b), max(a, b)
-        share += np.clip(np.minimum(edges[1:], high) - np.maximum(edges[:-1], low), 0.0, None)
+        low, high = (edges[-1] * share for share in part.span)
+    share = np.clip(np.minimum(edges[1:], high) - np.maximum(edges[:-1], low), 0.0, None)
     return share / np.diff(edges)

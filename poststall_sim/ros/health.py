@@ -4,6 +4,8 @@
 
 import math
 
+from poststall_sim.envelope import Excess
+from poststall_sim.fields import Layout, command_values
 from poststall_sim.frames import rotation
 from poststall_sim.ros import optional
 from poststall_sim.ros.commands import CommandDesk, Refusal, Source
@@ -42,11 +44,13 @@ class Health:
             self.tally.statuses[Status.DIVERGED] += 1
 
     def flight(self, snapshot: Snapshot, *, paused: bool, reason: str | None,
-               clock: str, clock_sources: int, waits_for: str = '') -> Condition:
+               clock: str, clock_sources: int, waits_for: str = '',
+               outside: tuple[Excess, ...] = ()) -> Condition:
         """
         Say whether the flight goes on, and if not, why.
 
-        clock : the name of its topic; waits_for : what in lock-step makes the next step.
+        clock : the name of its topic; waits_for : what in lock-step makes the next step; outside :
+        see `envelope`.
         """
         if clock_sources > 1:
             level, text = Level.ERROR, (f'{clock_sources} nodes publish {clock}, one may: set '
@@ -56,6 +60,9 @@ class Health:
         else:
             level, text = Level.OK, ('paused' if paused else f'waits for {waits_for}'
                                      if waits_for else 'flying')
+        beyond = ', '.join(each.text for each in outside)
+        if beyond and level is Level.OK:
+            level, text = Level.WARN, f'outside the method: {beyond}'
         return Condition(level, f'{self._name}: flight', text, {
             'paused': paused,
             'paused_reason': reason or '',
@@ -63,6 +70,8 @@ class Health:
             'airspeed_m_s': float(snapshot.airspeed),
             'alpha_rad': float(snapshot.alpha),
             'beta_rad': float(snapshot.beta),
+            'mach': snapshot.mach,
+            'outside_the_method': beyond,
             'altitude_m': snapshot.body.altitude,
             'sink_rate_m_s': float(
                 (rotation(snapshot.body.q_NB) @ snapshot.body.velocity_B)[2]),
@@ -138,6 +147,16 @@ class Health:
             + [f'battery empty: {", ".join(empty)}'] * bool(empty)) or 'at work'
         return Condition(Level.WARN if failed or empty else Level.OK,
                          f'{self._name}: engines', text if names else 'none', values)
+
+    def controls(self, snapshot: Snapshot, layout: Layout, failed: list[str]) -> Condition:
+        """Say what the controls are told and where they are [rad; throttle 0..1]."""
+        told = command_values(snapshot.commanded, layout)
+        values: dict[str, float | str] = {'failed': ', '.join(failed)}
+        for name, actual in command_values(snapshot.controls, layout).items():
+            values |= {f'{name}_commanded': told[name], f'{name}_actual': actual}
+        return Condition(
+            Level.WARN if failed else Level.OK, f'{self._name}: controls',
+            f'failed: {values["failed"]}' if failed else 'none has failed', values)
 
     def commands(self, desk: CommandDesk, time_ns: int, source_asked: str,
                  repeated: int) -> Condition:

@@ -14,7 +14,7 @@ from poststall_sim import trim as trims
 from poststall_sim.aero import solver
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.atmosphere import Air, standard_air
+from poststall_sim.atmosphere import Air
 from poststall_sim.frames import FloatArray, body_to_geometry
 from poststall_sim.polar import APART
 from poststall_sim.stability import bodies, derivatives, linear, modes, motion
@@ -92,7 +92,8 @@ def linearise(model: Model, trim: Trim, *, altitude: float,
     if not SHORTEST * panel <= dt <= 2.0 * panel:
         raise ConfigError(f'dt must be {SHORTEST:g} to 2 times {panel:g} s, the way of a panel at '
                           f'{trim.airspeed:.1f} m/s, got {dt:g} s')
-    onset, air = Onset(body_to_geometry(-trim.velocity_B), np.zeros(3)), standard_air(altitude)
+    onset = Onset(body_to_geometry(-trim.velocity_B), np.zeros(3))
+    air = model.atmosphere.at(altitude)
     flow = linear.linearise(_flown(model, trim, air), onset,
                             trim.controls.deflections, trim.aero,
                             density=air.density, dt=dt, rows=rows)
@@ -114,7 +115,7 @@ def _flown(model: Model, trim: Trim, air: Air) -> Model:
 def _body(model: Model, trim: Trim, altitude: float) -> bodies.Body:
     return bodies.free_body(
         model.aircraft, velocity_B=trim.velocity_B, pitch=trim.pitch, bank=trim.bank,
-        throttle=trim.controls.throttle, density=standard_air(altitude).density)
+        throttle=trim.controls.throttle, density=model.atmosphere.at(altitude).density)
 
 
 def flight_modes(model: Model, system: System, trim: Trim, decambering: Decambering,
@@ -169,7 +170,7 @@ def _named_after(patterns: Sequence[Mode], current: Sequence[Mode],
 
 def quasi_steady_modes(model: Model, trim: Trim, *, altitude: float) -> FlightModes:
     """Return the modes of the classical equations with derivatives of steady loads."""
-    air = standard_air(altitude)
+    air = model.atmosphere.at(altitude)
     found = derivatives.quasi_steady(
         _flown(model, trim, air), trim, density=air.density)
     if found.status is not Status.CONVERGED:
@@ -260,7 +261,7 @@ def modes_along(model: Model, flown: Iterable[Trim], *, altitude: float,
 
 def _departed(model: Model, before: Trim, trim: Trim, altitude: float) -> bool:
     """Tell whether the decambering on the way back is not that of the trim before."""
-    air = standard_air(altitude)
+    air = model.atmosphere.at(altitude)
     back = solver.steady(
         _flown(model, before, air),
         Onset(body_to_geometry(-before.velocity_B), np.zeros(3)),
