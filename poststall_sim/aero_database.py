@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from poststall_sim import __version__, jobs
+from poststall_sim.aero.decambering import Closure
 from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.atmosphere import standard_air
@@ -37,8 +38,7 @@ FORMAT = 1
 MANIFEST, TABLE = 'manifest.json', 'database.csv'
 MOST_ROWS = 1_000_000
 _RATE_HEADS = ('p b/2V [-]', 'q c/2V [-]', 'r b/2V [-]')
-_FOUND_HEADS = (*(f'{key} [-]' for key in COEFFICIENTS), 'stalled strips [-]', 'residual',
-                'status')
+_FOUND_HEADS = (*(f'{key} [-]' for key in COEFFICIENTS), 'stalled strips [-]')
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +111,9 @@ class Database:
             for case in self._cases]
         self.head = (
             'alpha [deg]', 'beta [deg]', *_RATE_HEADS,
-            *(f'{name} [deg]' for name in model.aircraft.control_names), *_FOUND_HEADS)
+            *(f'{name} [deg]' for name in model.aircraft.control_names), *_FOUND_HEADS,
+            'residual [-]' if model.settings.closure is Closure.LOCAL else 'residual [rad]',
+            'status')
         manifest = self._manifest()
         known = folder / MANIFEST
         if known.exists():
@@ -190,7 +192,7 @@ class Database:
     def build_up(self) -> BuildUp:
         """Return the finished table as what is added up; it must have what that stands on."""
         rows = self._rows()
-        first = len(self.head) - len(_FOUND_HEADS)
+        first = self.head.index(_FOUND_HEADS[0])
         found_at = slice(first, first + len(COEFFICIENTS))
         if len(rows) < self.rows:
             raise ConfigError(f'{len(rows)} of {self.rows} conditions are computed')

@@ -27,7 +27,7 @@ def element(tables: BuildUp, fit: Fit) -> ET.Element:
                       name='gz::sim::systems::AdvancedLiftDrag')
     told = ', '.join(f'{key} {fit.rms[key][0]:.2g} ({fit.rms[key][1]:.2g})' for key in fit.rms)
     root.append(ET.Comment(
-        f' {tables.aircraft}: fitted to steady coefficients. Left by the fit, root mean square '
+        f' {tables.aircraft.replace("--", "-")}: fitted to steady coefficients. Left by the fit, root mean square '
         f'up to the stall (over all angles): {told}. '))
     root.append(ET.Comment(
         ' base_link at the centre of gravity, x forward, z up. In revision 033d64c of gz-sim '

@@ -14,6 +14,7 @@ J. S. Berndt et al., JSBSim Reference Manual, 2011, sec. 3.1 (axes, functions, t
 """
 
 import os
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -57,9 +58,13 @@ def to_wind(coefficients: FloatArray, beta: FloatArray) -> FloatArray:
 def element(tables: BuildUp) -> ET.Element:
     """Return the tables as an element ``aerodynamics``."""
     reference, cg = tables.reference, tables.cg_G
+    for name in tables.controls:
+        if not re.fullmatch(r'[A-Za-z_][\w-]*', name):
+            raise ConfigError(f'the control {name!r} can be no property of JSBSim: its name must '
+                              'be of letters, digits, - and _')
     root = ET.Element('aerodynamics')
     root.append(ET.Comment(
-        f' {tables.aircraft}: steady coefficients, base(alpha, beta) plus an increment of each '
+        f' {tables.aircraft.replace("--", "-")}: steady coefficients, base(alpha, beta) plus an increment of each '
         'rate and control alone, at no sideslip. It goes with wingarea '
         f'{reference.area:.9g} M2, wingspan {reference.span:.9g} M, chord {reference.chord:.9g} '
         f'M, and AERORP where the centre of gravity was, {cg[0]:.9g} {cg[1]:.9g} {cg[2]:.9g} M '

@@ -3,6 +3,7 @@
 """Databases: the grid, what a broken run leaves, and the tables in the words of other programs."""
 
 import csv
+import dataclasses
 import json
 import math
 from xml.etree import ElementTree as ET
@@ -114,7 +115,8 @@ def test_a_database_is_not_mixed_with_another(model, whole):
     for changed, message in (
             ({'grid': aero_database.Grid(ALPHA)}, 'beta_deg was .* now it is'),
             ({'airspeed': 12.0}, 'airspeed_m_s was 15.0'),
-            ({'model': models.build(model.aircraft, models.Settings(chordwise=3))}, 'settings was'),
+            ({'model': models.build(model.aircraft, models.Settings(chordwise=3))},
+             'settings was'),
             ({'model': models.build(wings.shipped_aircraft('wing_tail'))}, 'aircraft|control')):
         given = {'model': model, 'grid': GRID, **AIR, 'resume': True, **changed}
         with pytest.raises(ConfigError, match=message):
@@ -130,6 +132,18 @@ def test_a_table_that_was_tampered_with_is_refused(model, tmp_path):
     table.write_text(table.read_text().replace('\n2.0,', '\n3.0,'))
     with pytest.raises(ConfigError, match='row 2 is not of this grid'):
         aero_database.Database(folder, model, grid, **AIR, resume=True)
+
+
+def test_no_tables_are_made_with_a_point_that_diverged(model, tmp_path):
+    folder, grid = tmp_path / 'db', aero_database.Grid([0.0, 2.0])
+    database = finished(folder, model, grid)
+    table = folder / aero_database.TABLE
+    head, first, second = table.read_text().splitlines()
+    cells = second.split(',')
+    cells[head.split(',').index('CD [-]')] = ''
+    table.write_text('\n'.join([head, first, ','.join(cells)]) + '\n')
+    with pytest.raises(ConfigError, match='row 2 of database.csv diverged'):
+        database.build_up()
 
 
 @pytest.mark.parametrize('grid', [
@@ -225,6 +239,7 @@ def test_jsbsim_loads_the_tables_and_makes_the_same_loads(model, tables, tmp_pat
 {ET.tostring(jsbsim_writer.element(tables), encoding='unicode')}</fdm_config>""")
     program = jsbsim.FGFDMExec(str(tmp_path), None)
     program.set_debug_level(0)
+    program.set_dt(1e-4)
     assert program.load_model('plane', True)
     alpha, beta, p, aileron = math.radians(19.0), math.radians(6.0), 0.6, math.radians(5.0)
     for name, value in (('ic/h-sl-ft', 0.0), ('ic/vt-fps', 15.0 * FEET), ('ic/alpha-rad', alpha),
@@ -248,6 +263,16 @@ def test_jsbsim_loads_the_tables_and_makes_the_same_loads(model, tables, tmp_pat
              'PITCH': 'moments/m-aero-lbsft', 'YAW': 'moments/n-aero-lbsft'}
     for axis, name in names.items():
         assert program[name] == pytest.approx(expected[axis], rel=1e-6, abs=1e-6), axis
+
+
+def test_names_that_would_be_no_properties_are_refused(tables):
+    change = tables.controls['elevator']
+    with pytest.raises(ConfigError, match="'left flap' .* no property of JSBSim"):
+        jsbsim_writer.element(dataclasses.replace(tables, controls={'left flap': change}))
+    odd = dataclasses.replace(tables, aircraft='a -- b')
+    for root in (jsbsim_writer.element(odd),
+                 gazebo_writer.element(odd, lift_drag_fit.fit(odd))):
+        ET.fromstring(ET.tostring(root))
 
 
 # --- Gazebo

@@ -11,7 +11,7 @@ import numpy as np
 from poststall_sim.plots import style
 
 _PANELS = (
-    ('Stability', ('CL_alpha', 'CD_alpha')), ('Pitch', ('Cm_alpha', 'Cm_q')),
+    ('Pitch', ('Cm_alpha', 'Cm_q')),
     ('Sideslip', ('CY_beta', 'Cl_beta', 'Cn_beta')), ('Roll', ('Cl_p', 'Cl_r')),
     ('Yaw', ('Cn_p', 'Cn_r')))
 _COLOURS = (style.ATTACHED, style.STALLED, style.SECOND, style.THIRD, style.LIMIT, style.INK)
@@ -28,7 +28,9 @@ def draw_derivatives(result: Mapping[str, Any], path: Path) -> Path:
                             if key.startswith('CL_')) if name not in motion]
     with style.canvas(11.0, 6.4, path) as figure:
         panels = figure.subplots(2, 3)
-        for axes, (title, names) in zip(panels.flat, (*_PANELS, ('Controls', tuple(moments)))):
+        first = (f'Derivatives, {result["aircraft"]}', ('CL_alpha', 'CD_alpha'))
+        for axes, (title, names) in zip(
+                panels.flat, (first, *_PANELS, ('Controls', tuple(moments)))):
             for name, colour in zip(names, _COLOURS):
                 values = [point['derivatives'][name] for point in points]
                 axes.plot(alpha, np.array(values, dtype=float), 'o-', color=colour,
@@ -38,5 +40,4 @@ def draw_derivatives(result: Mapping[str, Any], path: Path) -> Path:
             axes.set_title(title)
             if names:
                 axes.legend(loc='best')
-        panels[0, 0].set_title(f'Derivatives, {result["aircraft"]}')
     return path
