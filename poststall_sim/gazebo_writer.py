@@ -11,6 +11,7 @@ added, so that Cem0, Cema and Cema_stall have no effect there.
 """
 
 import os
+import re
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -27,8 +28,8 @@ def element(tables: BuildUp, fit: Fit) -> ET.Element:
                       name='gz::sim::systems::AdvancedLiftDrag')
     told = ', '.join(f'{key} {fit.rms[key][0]:.2g} ({fit.rms[key][1]:.2g})' for key in fit.rms)
     root.append(ET.Comment(
-        f' {tables.aircraft.replace("--", "-")}: fitted to steady coefficients. Left by the fit, root mean square '
-        f'up to the stall (over all angles): {told}. '))
+        f' {re.sub("-+", "-", tables.aircraft)}: fitted to steady coefficients. Left by the fit, '
+        f'root mean square up to the stall (over all angles): {told}. '))
     root.append(ET.Comment(
         ' base_link at the centre of gravity, x forward, z up. In revision 033d64c of gz-sim '
         'Cem0, Cema and Cema_stall have no effect: the plugin overwrites what they make. '))

@@ -64,8 +64,8 @@ def element(tables: BuildUp) -> ET.Element:
                               'be of letters, digits, - and _')
     root = ET.Element('aerodynamics')
     root.append(ET.Comment(
-        f' {tables.aircraft.replace("--", "-")}: steady coefficients, base(alpha, beta) plus an increment of each '
-        'rate and control alone, at no sideslip. It goes with wingarea '
+        f' {re.sub("-+", "-", tables.aircraft)}: steady coefficients, base(alpha, beta) plus an '
+        'increment of each rate and control alone, at no sideslip. It goes with wingarea '
         f'{reference.area:.9g} M2, wingspan {reference.span:.9g} M, chord {reference.chord:.9g} '
         f'M, and AERORP where the centre of gravity was, {cg[0]:.9g} {cg[1]:.9g} {cg[2]:.9g} M '
         '(x aft, y right, z up). Deflections: trailing edge down, of a fin to the left; an '

@@ -73,7 +73,11 @@ def flight_data(path: str | Path, aircraft: Aircraft | None = None) -> FlightDat
         When it cannot be read or holds none of the simulator's topics.
 
     """
-    bag = Lookup(recording.read(path))
+    return of_topics(Lookup(recording.read(path)), Path(path).resolve().name, aircraft)
+
+
+def of_topics(bag: Lookup, name: str, aircraft: Aircraft | None = None) -> FlightData:
+    """Return the flight in topics that have been read, of a bag of this name; see above."""
     if aircraft is None:
         aircraft = _named_aircraft(bag)
     strips = strip_data(bag, aircraft)
@@ -86,7 +90,7 @@ def flight_data(path: str | Path, aircraft: Aircraft | None = None) -> FlightDat
         bag.notes.append('not in the bag: ' + ', '.join(missing))
     load = bag.column('air_data/load_factor', 'data')
     return FlightData(
-        name=aircraft.name if aircraft else Path(path).resolve().name,
+        name=aircraft.name if aircraft else name,
         time=time, position=position, attitude=attitude,
         rates=_rates(bag, time), **air,
         sink_rate=_sink_rate(bag, time, position, attitude),
