@@ -29,7 +29,6 @@ from poststall_sim import __version__, jobs
 from poststall_sim.aero.decambering import Closure
 from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.atmosphere import standard_air
 from poststall_sim.buildup import COEFFICIENTS, RATES, BuildUp, Increment
 from poststall_sim.flight_file import fingerprint
 
@@ -131,7 +130,8 @@ class Database:
         return {
             'format': FORMAT, 'poststall_sim': __version__,
             'aircraft': self._model.aircraft.name, 'fingerprint': fingerprint(self._model),
-            'settings': repr(self._model.settings), 'airspeed_m_s': self._airspeed,
+            'settings': repr(self._model.settings),
+            'atmosphere': repr(self._model.atmosphere), 'airspeed_m_s': self._airspeed,
             'altitude_m': self._altitude, 'axes': jobs.AXES,
             'grid': 'full' if grid.full else 'build-up', 'alpha_deg': list(grid.alpha),
             'beta_deg': list(grid.beta), 'rates': {k: list(v) for k, v in grid.rates.items()},
@@ -215,7 +215,7 @@ class Database:
         aircraft, betas = self._model.aircraft, sorted(set(grid.beta))
         return BuildUp(
             aircraft.name, aircraft.reference, aircraft.mass.cg_G,
-            standard_air(self._altitude).density, np.radians(np.sort(grid.alpha)),
+            self._model.atmosphere.at(self._altitude).density, np.radians(np.sort(grid.alpha)),
             np.radians(betas),
             np.stack([found[_single(beta, len(names))] for beta in betas], axis=-1),
             {name: increment(values, RATES.index(name), 1.0)

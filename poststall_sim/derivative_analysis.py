@@ -16,7 +16,6 @@ import numpy as np
 from poststall_sim import jobs
 from poststall_sim import polar as polars
 from poststall_sim.aero.model import Model
-from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import velocity_from_flow_angles
 from poststall_sim.stability import derivatives
 from poststall_sim.state import Status
@@ -39,7 +38,7 @@ def along(model: Model, alphas: Sequence[float], *, beta: float, deflected: np.n
     beta [rad], deflected (controls,) [rad], airspeed [m/s], altitude [m]. Moments and rates are
     about the centre of gravity of the model's aircraft.
     """
-    air = standard_air(altitude)
+    air = model.atmosphere.at(altitude)
     flown = model.at(airspeed, air.kinematic_viscosity, deflected)
     conditions = jobs.conditions(alphas, beta=beta, rates=np.zeros(3), deflected=deflected)
     for point in polars.sweep(flown, conditions, airspeed=airspeed, density=air.density):

@@ -17,6 +17,7 @@ from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import GRAVITY, quaternion_from_euler, rotation
 from poststall_sim.nonlifting import NonliftingBody
 from poststall_sim.state import BodyState, Controls, Status
+from poststall_sim.weather import Weather
 
 # --- a sphere
 
@@ -110,7 +111,7 @@ def test_energy_of_a_stall_and_its_recovery_balances(wind_N):
     aircraft = wings.shipped_aircraft('trainer')
     scenario = definition.scenario(definition.find('scenarios', 'stall_and_recovery'))
     flight = simulation.start(aircraft, Settings(chordwise=2), airspeed=scenario.airspeed,
-                              altitude=scenario.altitude, wind_N=wind_N)
+                              altitude=scenario.altitude, weather=Weather(wind_N))
     snapshots = [flight.snapshot, *jobs.fly(flight, scenario, 13.0)]
     assert all(s.status is Status.CONVERGED for s in snapshots)
     wing = flight.model.lattice.grids[0].strips

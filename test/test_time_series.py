@@ -76,8 +76,9 @@ def test_a_bag_gives_the_flight_that_was_flown(tmp_path):
                      '--json', str(tmp_path / 'told.json')]) == 0
     flown, read = (read_csv(tmp_path / name) for name in ('a.csv', 'b.csv'))
     # What a bag's topics do not have, or not at the rate of the state.
-    assert set(flown) - set(read) == {'stalled_wing_strips [-]', 'iterations [-]',
-                                      'residual [rad]', 'density [kg/m^3]'}
+    assert set(flown) - set(read) == {
+        'stalled_wing_strips [-]', 'iterations [-]', 'residual [rad]', 'density [kg/m^3]',
+        *(f'{name}_commanded [deg]' for name in ('aileron', 'elevator', 'rudder'))}
     for head, values in read.items():
         # In ROS axes and back: rounding, of angles near 0 too.
         assert values == pytest.approx(flown[head], rel=1e-6, abs=1e-6), head

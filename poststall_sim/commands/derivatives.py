@@ -52,7 +52,8 @@ def run(arguments: argparse.Namespace) -> int:
     about = mass.cg_G if arguments.reference is None else arguments.reference
     if about != mass.cg_G:
         model = models.build(
-            replace(model.aircraft, mass=replace(mass, cg_G=about)), model.settings)
+            replace(model.aircraft, mass=replace(mass, cg_G=about)), model.settings,
+            model.atmosphere)
     deflected = jobs.deflections(model, {
         name: math.radians(value) for name, value in arguments.deflect.items()})
     points = list(terminal.watched(
