@@ -72,12 +72,19 @@ class Grid:
         rates = [self.rates.get(name, (0.0,)) for name in RATES]
         moved = [self.deflections.get(name, (0.0,)) for name in controls]
         if self.full:
+            self._require_fewer(math.prod(map(len, (self.beta, *rates, *moved))))
             return [Case(beta, (p, q, r), tuple(deflected)) for beta, p, q, r, *deflected in
                     product(self.beta, *rates, *moved)]
         cases = [_single(beta, len(controls)) for beta in self.beta]
         cases += [_single(0.0, len(controls), axis, value)
                   for axis, values in enumerate((*rates, *moved)) for value in values if value]
+        self._require_fewer(len(cases))
         return cases
+
+    def _require_fewer(self, sweeps: int) -> None:
+        rows = sweeps * len(self.alpha)
+        if rows > MOST_ROWS:
+            raise ConfigError(f'the grid has {rows} conditions, at most {MOST_ROWS}')
 
     def require_tables(self) -> None:
         """Refuse a grid that no tables can be made of: they are changes from zero."""
@@ -102,8 +109,6 @@ class Database:
         self._airspeed, self._altitude = airspeed, altitude
         self._cases = grid.cases(model.aircraft.control_names)
         self.rows = len(self._cases) * len(grid.alpha)
-        if self.rows > MOST_ROWS:
-            raise ConfigError(f'the grid has {self.rows} conditions, at most {MOST_ROWS}')
         self._deflected = [jobs.deflections(model, {
             name: math.radians(value)
             for name, value in zip(model.aircraft.control_names, case.deflections)})
@@ -114,15 +119,17 @@ class Database:
             'residual [-]' if model.settings.closure is Closure.LOCAL else 'residual [rad]',
             'status')
         manifest = self._manifest()
-        known = folder / MANIFEST
+        known, table = folder / MANIFEST, folder / TABLE
         if known.exists():
             if not resume:
                 raise ConfigError(f'{folder} has a database already: --resume goes on with it')
             _require_same(known, manifest)
+        elif table.exists() and table.read_text(encoding='utf-8').count('\n') > 1:
+            raise ConfigError(f'{table} is there without a {MANIFEST}: it is not written over')
         folder.mkdir(parents=True, exist_ok=True)
         if not known.exists():
+            _replace(table, _line(self.head))
             _replace(known, json.dumps(manifest, indent=1) + '\n')
-            _replace(folder / TABLE, _line(self.head))
         self.done = self._kept()
 
     def _manifest(self) -> dict[str, Any]:

@@ -9,7 +9,7 @@ radians, deflections those of this package, in the properties ``fcs/NAME-pos-rad
 
 References
 ----------
-J. S. Berndt et al., JSBSim Reference Manual, 2011, sec. 3.1 (axes, functions, tables).
+J. S. Berndt et al., JSBSim Reference Manual, 2011; FGAerodynamics.cpp on the axes.
 
 """
 

@@ -136,6 +136,20 @@ def test_a_table_that_was_tampered_with_is_refused(model, tmp_path):
         aero_database.Database(folder, model, grid, **AIR, resume=True)
 
 
+def test_a_table_of_nobody_is_not_written_over(model, tmp_path):
+    (tmp_path / aero_database.TABLE).write_text('alpha,CL\n1,2\n')
+    with pytest.raises(ConfigError, match='is not written over'):
+        aero_database.Database(tmp_path, model, aero_database.Grid([0.0]), **AIR, resume=True)
+    assert (tmp_path / aero_database.TABLE).read_text() == 'alpha,CL\n1,2\n'
+
+
+def test_a_grid_without_end_is_refused_at_once():
+    many = [float(x) for x in range(1000)]
+    grid = aero_database.Grid(many, many, {'p': many, 'q': many, 'r': many}, full=True)
+    with pytest.raises(ConfigError, match='the grid has 1000000000000000 conditions'):
+        grid.cases(('elevator',))
+
+
 def test_no_tables_are_made_with_a_point_that_diverged(model, tmp_path):
     folder, grid = tmp_path / 'db', aero_database.Grid([0.0, 2.0])
     database = finished(folder, model, grid)
