@@ -18,6 +18,9 @@ from poststall_sim import option_values as values
 from poststall_sim.commands import (
     airfoil,
     check,
+    database,
+    derivatives,
+    export,
     fly,
     modes,
     new,
@@ -27,7 +30,8 @@ from poststall_sim.commands import (
     trim,
 )
 
-COMMANDS = (new, show, check, polar, trim, modes, fly, plot, airfoil)
+COMMANDS = (new, show, check, polar, trim, modes, derivatives, database, fly, plot, export,
+            airfoil)
 """In the order of the help."""
 
 _NEGATIVE = re.compile(r'-[\d.]')
