@@ -25,8 +25,8 @@ class FlightData:
 
     position (n, 3) in map; attitude (n, 3, 3) base_link in map; lift: lift coefficient of the
     aircraft without thrust; deflections on the time base, commands over their own, by name;
-    solver: numbers in its diagnostics by key; shape: polygons of the aircraft in base_link;
-    notes: what is missing or assumed.
+    solver: numbers in its diagnostics by key; reported: the last text of each key of each
+    diagnostic; shape: polygons of the aircraft in base_link; notes: what is missing or assumed.
     """
 
     name: str
@@ -43,6 +43,7 @@ class FlightData:
     commands: dict[str, Pair]
     strips: StripData | None
     solver: dict[str, Pair]
+    reported: dict[str, dict[str, str]]
     shape: list[FloatArray]
     notes: tuple[str, ...]
 
@@ -52,6 +53,13 @@ class FlightData:
         if self.attitude is None:
             return None
         return np.arcsin(np.clip(self.attitude[:, 2, 0], -1.0, 1.0))
+
+    @property
+    def bank(self) -> FloatArray | None:
+        """Angle of the wings to the horizon, positive right wing down (n,) [rad]."""
+        if self.attitude is None:
+            return None
+        return np.arctan2(self.attitude[:, 2, 1], self.attitude[:, 2, 2])
 
     @property
     def stalled_share(self) -> FloatArray | None:
@@ -93,7 +101,8 @@ def flight_data(path: str | Path, aircraft: Aircraft | None = None) -> FlightDat
         deflections={name: np.interp(time, *pair)
                      for name, pair in bag.joints('joint_states').items()},
         commands=bag.joints('autopilot/surface_cmd') | bag.joints('pilot/surface_cmd'),
-        strips=strips, solver=_solver(bag), shape=_shape(aircraft, strips),
+        strips=strips, solver=_solver(bag), reported=_reported(bag),
+        shape=shape_of(aircraft, strips),
         notes=tuple(bag.notes))
 
 
@@ -187,7 +196,15 @@ def _solver(bag: Lookup) -> dict[str, Pair]:
     return {key: tuple(np.array(pairs).T) for key, pairs in rows.items() if pairs}
 
 
-def _shape(aircraft: Aircraft | None, strips: StripData | None) -> list[FloatArray]:
+def _reported(bag: Lookup) -> dict[str, dict[str, str]]:
+    result: dict[str, dict[str, str]] = {}
+    for _, name, _, values in bag.diagnostics():
+        result.setdefault(name, {}).update(values)
+    return result
+
+
+def shape_of(aircraft: Aircraft | None, strips: StripData | None) -> list[FloatArray]:
+    """Return the polygons of the aircraft, of an ordinary one where it is not known."""
     if aircraft is not None:
         return silhouette.of_aircraft(aircraft)
     if strips is None or strips.span == 0.0:

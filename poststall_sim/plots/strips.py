@@ -7,6 +7,7 @@ A bag that has ``strip_stalled`` and ``strip_cl_max`` says so itself; else it is
 section angles and the section curves of the aircraft, if that is known and has the same strips.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,7 @@ from poststall_sim.aero.model import Settings
 from poststall_sim.aero.polars import section
 from poststall_sim.aircraft import Aircraft
 from poststall_sim.frames import FloatArray, geometry_to_body, swap_body_flu
-from poststall_sim.plots.lookup import Lookup, onto
+from poststall_sim.plots.lookup import Lookup, Pair, onto
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +116,7 @@ def strip_data(bag: Lookup, aircraft: Aircraft | None) -> StripData | None:
     if stalled is not None:
         stalled = stalled > 0.5
     elif known is not None and alpha is not None:
-        looked_up = alpha + _flap_shift(bag, known, aircraft, time)
+        looked_up = alpha + flap_shift(bag.joints('joint_states'), known, aircraft, time)
         stalled = (looked_up > known.stall_high) | (looked_up < known.stall_low)
         if attached:
             stalled[:] = False
@@ -149,11 +150,11 @@ def _left(lattice: Lattice) -> FloatArray:
     return swap_body_flu(geometry_to_body(lattice.quarter_chord))[:, 1]
 
 
-def _flap_shift(bag: Lookup, lattice: Lattice, aircraft: Aircraft,
-                time: FloatArray) -> FloatArray:
+def flap_shift(deflections: Mapping[str, Pair], lattice: Lattice, aircraft: Aircraft,
+               time: FloatArray) -> FloatArray:
     """Return what deflections add to the angle that a section's curve is read at (m, k)."""
     shift = np.zeros((len(time), lattice.strips))
-    for name, pair in bag.joints('joint_states').items():
+    for name, pair in deflections.items():
         if name in aircraft.control_names:
             row = aircraft.control_names.index(name)
             shift += np.outer(np.interp(time, *pair), lattice.flap_shift[row])
