@@ -57,7 +57,7 @@ def _of_bag(arguments: argparse.Namespace) -> dict[str, Any]:
             arguments.source, solver.aircraft(arguments) if arguments.aircraft else None)
     except recording.BagError as error:
         raise ConfigError(str(error)) from None
-    return flights.of_bag(arguments.source, flight, _aircraft(arguments, flight.name))
+    return flights.of_bag(arguments.source, flight)
 
 
 def _of_json(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -78,14 +78,15 @@ def _of_json(arguments: argparse.Namespace) -> dict[str, Any]:
         make = polars.of_json
     else:
         raise ConfigError(refusal)
+    aircraft = _aircraft(arguments, str(result['aircraft']))
     try:
-        return make(result, _aircraft(arguments, result['aircraft']))
-    except (LookupError, TypeError, AttributeError) as error:
+        return make(result, aircraft)
+    except (LookupError, TypeError, AttributeError, ValueError) as error:
         raise ConfigError(f'{path} is not whole, or of another version: {error}') from None
 
 
 def _aircraft(arguments: argparse.Namespace, name: str):
-    """Return the aircraft that the options name, else the one the source names, if known."""
+    """Return the aircraft that the options name, else the one with this name, if it is known."""
     from poststall_sim import definition
     from poststall_sim.aircraft import ConfigError
     if arguments.aircraft:

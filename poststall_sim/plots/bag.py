@@ -23,13 +23,15 @@ class FlightData:
     """
     One flight on one time base (n,), in ROS axes [m, s, rad]; None what the bag has not.
 
-    position (n, 3) in map; attitude (n, 3, 3) base_link in map; lift: lift coefficient of the
-    aircraft without thrust; deflections on the time base, commands over their own, by name;
-    solver: numbers in its diagnostics by key; reported: the last text of each key of each
-    diagnostic; shape: polygons of the aircraft in base_link; notes: what is missing or assumed.
+    aircraft: as it is defined here; position (n, 3) in map; attitude (n, 3, 3) base_link in map;
+    lift: lift coefficient of the aircraft without thrust; deflections on the time base, commands
+    over their own, by name; solver: numbers in its diagnostics by key; reported: the last text of
+    each key of each diagnostic; shape: polygons of the aircraft in base_link; notes: what is
+    missing or assumed.
     """
 
     name: str
+    aircraft: Aircraft | None
     time: FloatArray
     position: FloatArray | None
     attitude: FloatArray | None
@@ -92,7 +94,7 @@ def flight_data(path: str | Path, aircraft: Aircraft | None = None) -> FlightDat
         bag.notes.append('not in the bag: ' + ', '.join(missing))
     load = bag.column('air_data/load_factor', 'data')
     return FlightData(
-        name=aircraft.name if aircraft else Path(path).resolve().name,
+        name=aircraft.name if aircraft else Path(path).resolve().name, aircraft=aircraft,
         time=time, position=position, attitude=attitude, **air,
         sink_rate=_sink_rate(bag, time, position, attitude),
         load_factor=None if load is None else onto(time, load),

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
 
 from poststall_sim import fields, silhouette
 from poststall_sim.aero.model import DEFAULTS
@@ -20,17 +21,19 @@ from poststall_sim.frames import (
 from poststall_sim.plots import bag as bags
 from poststall_sim.plots import style, trajectory
 from poststall_sim.plots.bag import FlightData
-from poststall_sim.plots.lookup import Pair
+from poststall_sim.plots.lookup import Pair, onto
 from poststall_sim.report import loading
 from poststall_sim.report.page import (
     MOST_INSTANTS,
     Data,
+    Table,
     frames,
     line,
     numbers,
     panel,
     readout,
-    rows,
+    table,
+    tables,
     thinned,
 )
 
@@ -39,8 +42,8 @@ _ONE_STALL = 0.5
 _LINES = (style.CONTROL, style.SECOND, style.THIRD, style.LIMIT, style.ATTACHED)
 
 
-def of_bag(path: Path, flight: FlightData, aircraft: Aircraft | None) -> Data:
-    """Return the page of a bag's flight; aircraft: as it is defined here, if it is known."""
+def of_bag(path: Path, flight: FlightData) -> Data:
+    """Return the page of a bag's flight."""
     share = None
     if flight.strips is not None and flight.strips.stalled is not None:
         share = (flight.strips.time, flight.strips.stalled_share)
@@ -48,17 +51,17 @@ def of_bag(path: Path, flight: FlightData, aircraft: Aircraft | None) -> Data:
     for name, values in flight.reported.items():
         settings |= {key: values[key] for key in ('closure',)
                      if key in values and name.endswith('solver')}
-    settings['duration [s]'] = float(flight.time[-1] - flight.time[0])
+    settings['duration_s'] = float(flight.time[-1] - flight.time[0])
     if flight.strips is not None:
         settings['strips'] = {group.name: group.strips.stop - group.strips.start
                               for group in flight.strips.groups}
-    tables = [('Settings', rows(settings | _definition(aircraft))),
-              ('In figures', rows(bags.extremes(flight))),
-              *((f'Diagnostics, {name}', rows(values))
-                for name, values in flight.reported.items())]
+    found = [*tables('Run', settings | _definition(flight.aircraft)),
+             table('In figures', bags.extremes(flight)),
+             *(table(f'Diagnostics, {name}', values)
+               for name, values in flight.reported.items())]
     reasons = [values['paused_reason'] for values in flight.reported.values()
                if values.get('paused_reason')]
-    return _page(flight, share, aircraft, tables, reasons)
+    return _page(flight, share, found, reasons)
 
 
 def of_json(result: Mapping[str, Any], aircraft: Aircraft | None) -> Data:
@@ -70,7 +73,7 @@ def of_json(result: Mapping[str, Any], aircraft: Aircraft | None) -> Data:
     time = series['time_s']
     reference = result['reference']
     flight = FlightData(
-        name=result['aircraft'], time=time,
+        name=result['aircraft'], aircraft=aircraft, time=time,
         position=np.column_stack([series[f'{key}_m'] for key in ('east', 'north', 'altitude')]),
         attitude=np.array([rotation(each) for each in xyzw[:, [3, 0, 1, 2]]]),
         airspeed=series['airspeed_m_s'], alpha=np.radians(series['alpha_deg']),
@@ -82,13 +85,15 @@ def of_json(result: Mapping[str, Any], aircraft: Aircraft | None) -> Data:
         shape=silhouette.of_aircraft(aircraft) if aircraft else
         silhouette.generic(reference['span_m'], reference['chord_m']),
         notes=('the JSON of a flight has no strips: the report of a bag, flown with --record, '
-               'has span loading and operating points',))
+               'has span loading and operating points',
+               *([] if aircraft else [f'the aircraft {result["aircraft"]} is not known here: '
+                                      'with its file its shape is'])))
     share = time, series['stalled_wing_strips'] / max(summary['wing_strips'], 1)
     head = {key: value for key, value in result.items() if key not in ('summary', 'series')}
-    tables = [('Settings', rows(head)), ('Summary', rows(summary)),
-              ('In figures', rows(bags.extremes(flight)))]
+    found = [*tables('Run', head), table('Summary', summary),
+             table('In figures', bags.extremes(flight))]
     reasons = [summary['ended_early']] if summary['ended_early'] else []
-    return _page(flight, share, aircraft, tables, reasons)
+    return _page(flight, share, found, reasons)
 
 
 _NOT_CONTROLS = {'alpha_deg', 'beta_deg', 'roll_deg', 'pitch_deg', 'yaw_deg'}
@@ -105,15 +110,15 @@ def _definition(aircraft: Aircraft | None) -> dict[str, Any]:
     if aircraft is None:
         return {}
     reference = aircraft.reference
-    return {'reference': {'area [m^2]': reference.area, 'chord [m]': reference.chord,
-                          'span [m]': reference.span},
-            'mass [kg]': aircraft.mass.mass}
+    return {'reference': {'area_m2': reference.area, 'chord_m': reference.chord,
+                          'span_m': reference.span},
+            'mass_kg': aircraft.mass.mass}
 
 
-def _page(flight: FlightData, share: Pair | None, aircraft: Aircraft | None, tables: list,
+def _page(flight: FlightData, share: Pair | None, found: list[Table],
           reasons: list[str]) -> Data:
     """Return the page of a flight; share: times and share of the wing's strips past stall."""
-    strips, notes = flight.strips, list(flight.notes)
+    strips, aircraft, notes = flight.strips, flight.aircraft, list(flight.notes)
     base = flight.time if strips is None else strips.time
     chosen = frames(base, 1 if strips is None else len(strips.y))
     at = base[chosen]
@@ -131,7 +136,7 @@ def _page(flight: FlightData, share: Pair | None, aircraft: Aircraft | None, tab
         'points': False, 'panels': _panels(flight, share, history),
         'readouts': _readouts(flight, share, at), 'shaded': _shaded(share),
         'view': _view(flight, share, at, history), 'strips': None, 'curves': [],
-        'events': _events(flight, share, at, reasons), 'tables': tables, 'notes': notes}
+        'events': _events(flight, share, at, reasons), 'tables': found, 'notes': notes}
     data['first'] = next((event['frame'] for event in data['events']
                           if event['kind'] == 'deepest'), 0)
     if strips is not None:
@@ -221,15 +226,16 @@ def _view(flight: FlightData, share: Pair | None, at: FloatArray,
     if flight.position is None or len(flight.time) < 2:
         return None
     path = flight.position[history]
-    near = np.array([int(np.argmin(np.abs(flight.time - time))) for time in at])
+    turning = Slerp(flight.time, Rotation.from_matrix(flight.attitude))
+    attitude = turning(np.clip(at, flight.time[0], flight.time[-1])).as_matrix()
     low, high = trajectory.box(flight.position)
     ghosts = [int(np.argmin(np.abs(at - flight.time[i]))) for i in trajectory.moments(flight)]
     return {
         'path': numbers(path.T, 6),
         'share': numbers(np.zeros(len(history)) if share is None else
                          np.interp(flight.time[history], *share)),
-        'position': numbers(flight.position[near], 6),
-        'attitude': numbers(flight.attitude[near].reshape(-1, 9)),
+        'position': numbers(onto(at, (flight.time, flight.position)), 6),
+        'attitude': numbers(attitude.reshape(-1, 9)),
         'frame_share': numbers(np.zeros(len(at)) if share is None else np.interp(at, *share)),
         'corners': numbers(silhouette.triangles(flight.shape)),
         'scale': trajectory.scale_of(flight), 'ghosts': ghosts,

@@ -22,6 +22,8 @@ from poststall_sim.frames import FloatArray
 from poststall_sim.plots import style
 
 Data = dict[str, Any]
+Table = tuple[str, list[tuple[str, str]]]
+"""A title, and pairs of what and how much."""
 
 MOST_INSTANTS = 2000
 """Of a time history: more than a screen has pixels for."""
@@ -29,6 +31,9 @@ _MOST_NUMBERS = 120_000
 """Of what changes with the slider on all strips: half a megabyte for each quantity."""
 _FIGURES = 5
 _MOST_EVENTS = 60
+_UNITS = {'_deg': 'deg', '_m_s': 'm/s', '_m2': 'm^2', '_m': 'm', '_s': 's', '_kg': 'kg',
+          '_chords': 'chords'}
+"""Endings of keys, longest first where one ends another."""
 
 _COLOURS = {'attached': style.ATTACHED, 'partly': style.PARTLY_STALLED, 'stalled': style.STALLED,
             'limit': style.LIMIT, 'ink': style.INK, 'faint': style.FAINT,
@@ -100,23 +105,35 @@ def readout(label: str, unit: str, digits: int, values: FloatArray) -> Data:
     return {'label': label, 'unit': unit, 'digits': digits, 'values': numbers(values)}
 
 
-def rows(values: Mapping[str, Any], prefix: str = '') -> list[tuple[str, str]]:
-    """Return nested settings as rows of a table; lists of numbers as one row."""
+def table(title: str, values: Mapping[str, Any]) -> Table:
+    """Return settings as a table, those that are nested named after both keys."""
     found: list[tuple[str, str]] = []
     for key, value in values.items():
-        name = f'{prefix}{key}'.replace('_', ' ')
-        if isinstance(value, Mapping):
-            found += rows(value, f'{name}, ')
-        else:
-            found.append((name, _said(value)))
-    return found
+        found += [(f'{key}, {name}', text) for name, text in table('', value)[1]] \
+            if isinstance(value, Mapping) else [(_named(key), _said(value))]
+    return title, found
+
+
+def tables(title: str, values: Mapping[str, Any]) -> list[Table]:
+    """Return settings as tables: what is nested in one of its own."""
+    nested = {key: value for key, value in values.items() if isinstance(value, Mapping)}
+    plain = {key: value for key, value in values.items() if key not in nested}
+    return [table(title, plain), *(table(_named(key[0].upper() + key[1:]), value)
+                                   for key, value in nested.items() if value)]
+
+
+def _named(key: str) -> str:
+    """Return a key in words, its unit in brackets."""
+    ending = next((each for each in _UNITS if key.endswith(each)), '')
+    name = key.removesuffix(ending).replace('_', ' ')
+    return f'{name} [{_UNITS[ending]}]' if ending else name
 
 
 def _said(value: Any) -> str:
     if isinstance(value, bool):
         return 'yes' if value else 'no'
     if isinstance(value, float):
-        return f'{value:.5g}'
+        return f'{value + 0.0:.5g}'
     if isinstance(value, (list, tuple)):
         return ', '.join(_said(each) for each in value)
     return 'none' if value is None or value == '' else str(value)
@@ -132,7 +149,7 @@ def _events(events: list[Data]) -> str:
     return '\n'.join(said) or '<li>none</li>'
 
 
-def _tables(tables: list[tuple[str, list[tuple[str, str]]]]) -> str:
+def _tables(tables: list[Table]) -> str:
     return '\n'.join(
         f'<table><caption>{html.escape(title)}</caption><tbody>' + ''.join(
             f'<tr><th scope="row">{html.escape(key)}</th><td>{html.escape(value)}</td></tr>'

@@ -13,7 +13,7 @@ from poststall_sim.aircraft import Aircraft
 from poststall_sim.plots import style
 from poststall_sim.plots.strips import StripData, StripGroup
 from poststall_sim.report import loading
-from poststall_sim.report.page import Data, frames, line, numbers, panel, readout, rows
+from poststall_sim.report.page import Data, frames, line, numbers, panel, readout, tables
 
 _COEFFICIENTS = (('CL', 'lift coefficient'), ('CD', 'drag coefficient'),
                  ('Cm', 'pitching moment about the cg'), ('CY', 'side force coefficient'),
@@ -45,7 +45,8 @@ def of_json(result: Mapping[str, Any], aircraft: Aircraft | None) -> Data:
     panels.append(panel('wing strips stalled', '%', [
         line('stalled', share[chosen], style.STALLED)]))
     events = _events(points, strips, chosen)
-    head = {key: value for key, value in result.items() if key != 'points'}
+    head = {key: value for key, value in result.items()
+            if key not in ('points', 'axes', 'strip_axes')}
     return {
         'title': f'Polar of {result["aircraft"]}',
         'subtitle': f'{len(points)} points, alpha {alpha.min():g} to {alpha.max():g} deg, '
@@ -61,7 +62,7 @@ def of_json(result: Mapping[str, Any], aircraft: Aircraft | None) -> Data:
             altitude=result['altitude_m']),
         'events': events,
         'first': next((event['frame'] for event in events if event['kind'] == 'extreme'), 0),
-        'tables': [('Settings', rows(head))], 'notes': notes}
+        'tables': tables('Run', head), 'notes': notes}
 
 
 def _strips(result: Mapping[str, Any]) -> StripData:
