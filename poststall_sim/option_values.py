@@ -28,7 +28,13 @@ ALTITUDE = (-500.0, 20_000.0)
 """Of steady flow [m]."""
 CLIMB = (-90.0, 90.0)
 """[deg]."""
+TEMPERATURE_OFFSET = (-80.0, 80.0)
+"""[K]."""
+QNH = (500.0, 1500.0)
+"""[hPa]."""
 _WIND = (-100.0, 100.0)
+_SEVERITIES = ('light', 'moderate', 'severe')
+_INTENSITY = (0.0, 100.0)
 
 
 def number(text: str) -> float:
@@ -131,6 +137,21 @@ def deflection(text: str) -> tuple[str, float]:
     return name, number(value)
 
 
+def fault(text: str):
+    """Return the scenario.Fault of NAME:KIND[=DEG][@TIME], at 0 s without a time."""
+    from poststall_sim.aircraft import ConfigError
+    from poststall_sim.failure_reader import failure
+    from poststall_sim.scenario import Fault
+    what, separator, time = text.partition('@')
+    try:
+        begins = number(time) if separator else 0.0
+        if begins < 0.0:
+            raise ConfigError(f'the time must be at least 0 s, got {time}')
+        return Fault(begins, *failure(what))
+    except ConfigError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
 def by_surface(reader: Callable[[str], float]) -> Callable[[str], dict[str, float]]:
     """Return a reader of N or NAME=N[,NAME=N...]: values by surface, '' for all of them."""
     def read(text: str) -> dict[str, float]:
@@ -214,3 +235,22 @@ def wind(text: str) -> np.ndarray:
         if complaint := refused(part, _WIND):
             raise argparse.ArgumentTypeError(f'each {complaint}')
     return np.array(parts)
+
+
+def turbulence(text: str) -> str | float:
+    """Return a level of turbulence by its name, or its vertical root mean square [m/s]."""
+    if text in _SEVERITIES:
+        return text
+    try:
+        return within(_INTENSITY)(text)
+    except argparse.ArgumentTypeError:
+        raise argparse.ArgumentTypeError(
+            f'expected {", ".join(_SEVERITIES)} or 0 to 100 m/s, got {text!r}') from None
+
+
+def gust(text: str) -> tuple[np.ndarray, float, float]:
+    """Return velocity (3,) east, north, up [m/s], length [m] and begin [m] of a gust."""
+    parts = text.split(':')
+    if len(parts) != 3:
+        raise argparse.ArgumentTypeError(f'expected E,N,U:LENGTH:BEGIN, got {text!r}')
+    return wind(parts[0]), positive(parts[1]), number(parts[2])

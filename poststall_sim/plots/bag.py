@@ -104,7 +104,7 @@ def flight_data(path: str | Path, aircraft: Aircraft | None = None) -> FlightDat
                      for name, pair in bag.joints('joint_states').items()},
         commands=bag.joints('autopilot/surface_cmd') | bag.joints('pilot/surface_cmd'),
         strips=strips, solver=_solver(bag), reported=_reported(bag),
-        shape=shape_of(aircraft, strips),
+        shape=_shape(aircraft, strips),
         notes=tuple(bag.notes))
 
 
@@ -205,8 +205,7 @@ def _reported(bag: Lookup) -> dict[str, dict[str, str]]:
     return result
 
 
-def shape_of(aircraft: Aircraft | None, strips: StripData | None) -> list[FloatArray]:
-    """Return the polygons of the aircraft, of an ordinary one where it is not known."""
+def _shape(aircraft: Aircraft | None, strips: StripData | None) -> list[FloatArray]:
     if aircraft is not None:
         return silhouette.of_aircraft(aircraft)
     if strips is None or strips.span == 0.0:

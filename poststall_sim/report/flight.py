@@ -3,6 +3,7 @@
 """A flight as the page shows it: from a bag, or from what ``poststall fly`` writes as JSON."""
 
 from collections.abc import Mapping
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,9 @@ from poststall_sim.report.page import (
     thinned,
 )
 
+Happening = tuple[float, str, str]
+"""When [s], of which kind, and what."""
+
 _ONE_STALL = 0.5
 """Breaks in a stall that are shorter than this are not called a recovery [s]."""
 _LINES = (style.CONTROL, style.SECOND, style.THIRD, style.LIMIT, style.ATTACHED)
@@ -47,11 +51,11 @@ def of_bag(path: Path, flight: FlightData) -> Data:
     share = None
     if flight.strips is not None and flight.strips.stalled is not None:
         share = (flight.strips.time, flight.strips.stalled_share)
-    settings: dict[str, Any] = {'bag': path.resolve().name, 'aircraft': flight.name}
-    for name, values in flight.reported.items():
-        settings |= {key: values[key] for key in ('closure',)
-                     if key in values and name.endswith('solver')}
-    settings['duration_s'] = float(flight.time[-1] - flight.time[0])
+    settings: dict[str, Any] = {
+        'bag': path.resolve().name, 'aircraft': flight.name,
+        **{'closure': values['closure'] for values in flight.reported.values()
+           if 'closure' in values},
+        'duration_s': float(flight.time[-1] - flight.time[0])}
     if flight.strips is not None:
         settings['strips'] = {group.name: group.strips.stop - group.strips.start
                               for group in flight.strips.groups}
@@ -59,9 +63,9 @@ def of_bag(path: Path, flight: FlightData) -> Data:
              table('In figures', bags.extremes(flight)),
              *(table(f'Diagnostics, {name}', values)
                for name, values in flight.reported.items())]
-    reasons = [values['paused_reason'] for values in flight.reported.values()
-               if values.get('paused_reason')]
-    return _page(flight, share, found, reasons)
+    ended = [_ended(flight, values['paused_reason']) for values in flight.reported.values()
+             if values.get('paused_reason')]
+    return _page(flight, share, found, ended)
 
 
 def of_json(result: Mapping[str, Any], aircraft: Aircraft | None) -> Data:
@@ -79,7 +83,9 @@ def of_json(result: Mapping[str, Any], aircraft: Aircraft | None) -> Data:
         airspeed=series['airspeed_m_s'], alpha=np.radians(series['alpha_deg']),
         beta=np.radians(series['beta_deg']), sink_rate=series['sink_rate_m_s'],
         load_factor=series['load_factor'], lift=series['CL'],
-        deflections=_deflections(series), commands={}, strips=None,
+        deflections=_deflections(series),
+        commands={key.removesuffix(_COMMANDED): (time, np.radians(values))
+                  for key, values in series.items() if key.endswith(_COMMANDED)}, strips=None,
         solver={'not_converged': (time, series['not_converged_steps'])}
         if 'not_converged_steps' in series else {}, reported={},
         shape=silhouette.of_aircraft(aircraft) if aircraft else
@@ -90,19 +96,29 @@ def of_json(result: Mapping[str, Any], aircraft: Aircraft | None) -> Data:
                                       'with its file its shape is'])))
     share = time, series['stalled_wing_strips'] / max(summary['wing_strips'], 1)
     head = {key: value for key, value in result.items() if key not in ('summary', 'series')}
-    found = [*tables('Run', head), table('Summary', summary),
+    short = {key: value for key, value in summary.items() if key != 'outside_the_method'}
+    found = [*tables('Run', head), table('Summary', short),
              table('In figures', bags.extremes(flight))]
-    reasons = [summary['ended_early']] if summary['ended_early'] else []
-    return _page(flight, share, found, reasons)
+    told = [(each['from_s'], 'failure', f'outside the method: {each["worst"]}, '
+             f'{each["steps"]} steps') for each in summary.get('outside_the_method', ())]
+    if summary['ended_early']:
+        told.append(_ended(flight, summary['ended_early']))
+    return _page(flight, share, found, told)
 
 
+def _ended(flight: FlightData, reason: str) -> Happening:
+    return float(flight.time[-1]), 'failure', f'ended early: {reason}'
+
+
+_COMMANDED = '_commanded_deg'
 _NOT_CONTROLS = {'alpha_deg', 'beta_deg', 'roll_deg', 'pitch_deg', 'yaw_deg'}
 
 
 def _deflections(series: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     """Return the controls among the columns of a flight's JSON [rad], and the throttle."""
     found = {key.removesuffix('_deg'): np.radians(values) for key, values in series.items()
-             if key.endswith('_deg') and key not in _NOT_CONTROLS}
+             if key.endswith('_deg') and key not in _NOT_CONTROLS
+             and not key.endswith(_COMMANDED)}
     return found | {key: series[key] for key in (fields.THROTTLE,) if key in series}
 
 
@@ -116,7 +132,7 @@ def _definition(aircraft: Aircraft | None) -> dict[str, Any]:
 
 
 def _page(flight: FlightData, share: Pair | None, found: list[Table],
-          reasons: list[str]) -> Data:
+          told: list[Happening]) -> Data:
     """Return the page of a flight; share: times and share of the wing's strips past stall."""
     strips, aircraft, notes = flight.strips, flight.aircraft, list(flight.notes)
     base = flight.time if strips is None else strips.time
@@ -136,7 +152,7 @@ def _page(flight: FlightData, share: Pair | None, found: list[Table],
         'points': False, 'panels': _panels(flight, share, history),
         'readouts': _readouts(flight, share, at), 'shaded': _shaded(share),
         'view': _view(flight, share, at, history), 'strips': None, 'curves': [],
-        'events': _events(flight, share, at, reasons), 'tables': found, 'notes': notes}
+        'events': _events(flight, share, at, told), 'tables': found, 'notes': notes}
     data['first'] = next((event['frame'] for event in data['events']
                           if event['kind'] == 'deepest'), 0)
     if strips is not None:
@@ -182,7 +198,7 @@ def _panels(flight: FlightData, share: Pair | None, kept: np.ndarray) -> list[Da
     degrees = 180.0 / np.pi
     moved = [name for name in flight.deflections if name != fields.THROTTLE]
     panels = [panel('controls', 'deg', [
-        each for name, colour in zip(moved, _LINES * len(moved))
+        each for name, colour in zip(moved, cycle(_LINES))
         for each in control(name, degrees, colour)])]
     if fields.THROTTLE in flight.deflections:
         panels.append(panel('throttle', '-', control(fields.THROTTLE, 1.0, style.CONTROL)))
@@ -269,9 +285,9 @@ def _shaded(share: Pair | None) -> list[list[float]]:
 
 
 def _events(flight: FlightData, share: Pair | None, at: FloatArray,
-            reasons: list[str]) -> list[Data]:
-    """Return what happened, in the order of time."""
-    found: list[tuple[float, str, str]] = []
+            told: list[Happening]) -> list[Data]:
+    """Return what happened, with what was told of, in the order of time."""
+    found = list(told)
     if share is not None and share[1].any():
         time, values = share
         for first, last in _stalls(share):
@@ -294,6 +310,5 @@ def _events(flight: FlightData, share: Pair | None, at: FloatArray,
             if new > 0.0:
                 found.append((when, 'failure', f'{new:.0f} steps not converged'
                               if new > 1.0 else '1 step not converged'))
-    found += [(flight.time[-1], 'failure', f'ended early: {reason}') for reason in reasons]
     return [{'frame': int(np.argmin(np.abs(at - when))), 'kind': kind, 'at': f'{when:.2f} s',
              'text': what} for when, kind, what in sorted(found, key=lambda each: each[0])]

@@ -12,7 +12,7 @@ from poststall_sim.aero.lattice import Lattice
 from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import FloatArray
 from poststall_sim.plots.lookup import Pair
-from poststall_sim.plots.strips import StripData, flap_shift
+from poststall_sim.plots.strips import StripData, looked_up
 from poststall_sim.report.page import Data, numbers
 
 _BEYOND = 6.0
@@ -48,7 +48,7 @@ def angles(strips: StripData, lattice: Lattice | None, aircraft,
     """Return the angles (m, k) [rad] at which the sections' curves are read."""
     if strips.alpha is None or lattice is None:
         return strips.alpha
-    return strips.alpha + flap_shift(deflections, lattice, aircraft, strips.time)
+    return looked_up(deflections, lattice, aircraft, strips.time, strips.alpha)
 
 
 def curves(lattice: Lattice, strips: StripData, angle: FloatArray, *, airspeed: float,
@@ -59,7 +59,7 @@ def curves(lattice: Lattice, strips: StripData, angle: FloatArray, *, airspeed: 
     Of sections with several tables: those of one airspeed [m/s] and altitude [m], no flap down.
     """
     flown = lattice.at(airspeed, standard_air(altitude).kinematic_viscosity,
-                       np.zeros(len(lattice.flap_shift)))
+                       np.zeros(len(lattice.shift)))
     low, high = (np.degrees(value) for value in (angle.min(), angle.max()))
     alpha = np.arange(max(low - _BEYOND, -180.0), min(high + _BEYOND, 180.0), 0.25)
     found: list[Data] = []

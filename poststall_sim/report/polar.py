@@ -88,7 +88,7 @@ def _lattice(result: Mapping[str, Any], aircraft: Aircraft, strips: StripData) -
     if [surface.name for surface in aircraft.surfaces] != list(settings['strips']):
         return None
     cut = replace(aircraft, surfaces=tuple(
-        replace(surface, strips=settings['strips'][surface.name])
+        surface.cut(settings['strips'][surface.name])
         for surface in aircraft.surfaces))
     return loading.matching(cut, strips, settings['panels'])
 
