@@ -193,6 +193,11 @@ def test_events_are_when_they_happened(folder, of_bag, of_json, series):
         assert first(events, 'stall') == pytest.approx(begin, abs=0.06)
         assert first(events, 'recovery') == pytest.approx(end, abs=0.07)
         assert begin < first(events, 'deepest') < end
+        if page is of_json:
+            summary = json.loads((folder / 'fly.json').read_text())['summary']
+            # The summary looks at every step, the series at those of 50 Hz.
+            assert first(events, 'deepest') == pytest.approx(
+                summary['deepest_stall']['time_s'], abs=0.02)
         assert first(events, 'extreme') == pytest.approx(times[np.argmax(series['alpha_deg'])],
                                                          abs=0.021)
         assert f'{np.max(series["alpha_deg"]):.1f} deg' in page.said

@@ -53,8 +53,8 @@ def of_bag(path: Path, flight: FlightData) -> Data:
         share = (flight.strips.time, flight.strips.stalled_share)
     settings: dict[str, Any] = {
         'bag': path.resolve().name, 'aircraft': flight.name,
-        **{'closure': values['closure'] for values in flight.reported.values()
-           if 'closure' in values},
+        'closure': next((values['closure'] for values in flight.reported.values()
+                         if 'closure' in values), 'not known'),
         'duration_s': float(flight.time[-1] - flight.time[0])}
     if flight.strips is not None:
         settings['strips'] = {group.name: group.strips.stop - group.strips.start
@@ -297,7 +297,9 @@ def _events(flight: FlightData, share: Pair | None, at: FloatArray,
                 found.append((time[first + half[0]], 'stall', 'half of the wing stalled'))
             if last + 1 < len(time):
                 found.append((time[last + 1], 'recovery', 'recovery: the wing is attached'))
-        deepest = int(np.argmax(values)) if flight.strips is None else flight.strips.deepest()
+        # Without strips the share is that of a JSON, at the instants of alpha.
+        deepest = int(np.lexsort((flight.alpha, values))[-1]) if flight.strips is None \
+            else flight.strips.deepest()
         found.append((time[deepest], 'deepest',
                       f'deepest stall: {100.0 * values[deepest]:.0f} % of the wing'))
     if flight.alpha is not None:

@@ -32,7 +32,7 @@ _MOST_NUMBERS = 120_000
 _FIGURES = 5
 _MOST_EVENTS = 60
 _UNITS = {'_deg': 'deg', '_m_s': 'm/s', '_m2': 'm^2', '_m': 'm', '_s': 's', '_kg': 'kg',
-          '_chords': 'chords'}
+          '_kg_m3': 'kg/m^3', '_K': 'K', '_Pa': 'Pa', '_chords': 'chords'}
 """Endings of keys, longest first where one ends another."""
 
 _COLOURS = {'attached': style.ATTACHED, 'partly': style.PARTLY_STALLED, 'stalled': style.STALLED,
@@ -109,7 +109,7 @@ def table(title: str, values: Mapping[str, Any]) -> Table:
     """Return settings as a table, those that are nested named after both keys."""
     found: list[tuple[str, str]] = []
     for key, value in values.items():
-        found += [(f'{key}, {name}', text) for name, text in table('', value)[1]] \
+        found += [(f'{_named(key)}, {name}', text) for name, text in table('', value)[1]] \
             if isinstance(value, Mapping) else [(_named(key), _said(value))]
     return title, found
 
@@ -134,9 +134,9 @@ def _said(value: Any) -> str:
         return 'yes' if value else 'no'
     if isinstance(value, float):
         return f'{value + 0.0:.5g}'
-    if isinstance(value, (list, tuple)):
+    if isinstance(value, (list, tuple)) and value:
         return ', '.join(_said(each) for each in value)
-    return 'none' if value is None or value == '' else str(value)
+    return 'none' if value in (None, '', [], ()) else str(value)
 
 
 def _events(events: list[Data]) -> str:
