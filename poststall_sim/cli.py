@@ -26,12 +26,13 @@ from poststall_sim.commands import (
     new,
     plot,
     polar,
+    report,
     show,
     trim,
 )
 
-COMMANDS = (new, show, check, polar, trim, modes, derivatives, database, fly, plot, export,
-            airfoil)
+COMMANDS = (new, show, check, polar, trim, modes, derivatives, database, fly, plot, report,
+            export, airfoil)
 """In the order of the help."""
 
 _NEGATIVE = re.compile(r'-[\d.]')

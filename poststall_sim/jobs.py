@@ -222,7 +222,8 @@ class FlightLog:
                for name, value in zip(names, snapshot.commanded.deflections)},
             'throttle': float(snapshot.controls.throttle),
             'stalled_wing_strips': int(np.count_nonzero(snapshot.strips.stalled[self._wing])),
-            'iterations': int(snapshot.iterations), 'residual': float(snapshot.max_residual)}
+            'iterations': int(snapshot.iterations), 'residual': float(snapshot.max_residual),
+            'not_converged_steps': self._tally.statuses[Status.NOT_CONVERGED]}
 
     def summary(self, flight: Flight) -> Result:
         """Return how the flight went."""

@@ -17,6 +17,7 @@ import numpy as np
 
 _MOST_POINTS = 10_000
 _FIGURES = ('.png', '.svg', '.pdf')
+_PAGES = ('.html', '.htm')
 _STATE_SPACES = ('.npz', '.mat')
 
 AIRSPEED = (0.1, 400.0)
@@ -215,6 +216,15 @@ def figure(text: str) -> Path:
     if path.suffix.lower() not in _FIGURES:
         raise argparse.ArgumentTypeError(
             f'expected a name that ends in {", ".join(_FIGURES)}, got {text!r}')
+    return path
+
+
+def page(text: str) -> Path:
+    """Return a file that a page can be written to."""
+    path = output(text)
+    if path.suffix.lower() not in _PAGES:
+        raise argparse.ArgumentTypeError(
+            f'expected a name that ends in {" or ".join(_PAGES)}, got {text!r}')
     return path
 
 

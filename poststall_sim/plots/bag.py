@@ -23,14 +23,15 @@ class FlightData:
     """
     One flight on one time base (n,), in ROS axes [m, s, rad]; None what the bag has not.
 
-    position (n, 3) in map; attitude (n, 3, 3) base_link in map; rates (n, 3) of the aircraft in
-    B; lift: lift coefficient of the
-    aircraft without thrust; deflections on the time base, commands over their own, by name;
-    solver: numbers in its diagnostics by key; shape: polygons of the aircraft in base_link;
-    notes: what is missing or assumed.
+    aircraft: as it is defined here; position (n, 3) in map; attitude (n, 3, 3) base_link in map;
+    rates (n, 3) of the aircraft in B; lift: lift coefficient of the aircraft without thrust;
+    deflections on the time base, commands over their own, by name; solver: numbers in its
+    diagnostics by key; reported: the last text of each key of each diagnostic; shape: polygons of
+    the aircraft in base_link; notes: what is missing or assumed.
     """
 
     name: str
+    aircraft: Aircraft | None
     time: FloatArray
     position: FloatArray | None
     attitude: FloatArray | None
@@ -45,6 +46,7 @@ class FlightData:
     commands: dict[str, Pair]
     strips: StripData | None
     solver: dict[str, Pair]
+    reported: dict[str, dict[str, str]]
     shape: list[FloatArray]
     notes: tuple[str, ...]
 
@@ -54,6 +56,13 @@ class FlightData:
         if self.attitude is None:
             return None
         return np.arcsin(np.clip(self.attitude[:, 2, 0], -1.0, 1.0))
+
+    @property
+    def bank(self) -> FloatArray | None:
+        """Angle of the wings to the horizon, positive right wing down (n,) [rad]."""
+        if self.attitude is None:
+            return None
+        return np.arctan2(self.attitude[:, 2, 1], self.attitude[:, 2, 2])
 
     @property
     def stalled_share(self) -> FloatArray | None:
@@ -90,7 +99,7 @@ def of_topics(bag: Lookup, name: str, aircraft: Aircraft | None = None) -> Fligh
         bag.notes.append('not in the bag: ' + ', '.join(missing))
     load = bag.column('air_data/load_factor', 'data')
     return FlightData(
-        name=aircraft.name if aircraft else name,
+        name=aircraft.name if aircraft else name, aircraft=aircraft,
         time=time, position=position, attitude=attitude,
         rates=_rates(bag, time), **air,
         sink_rate=_sink_rate(bag, time, position, attitude),
@@ -100,7 +109,8 @@ def of_topics(bag: Lookup, name: str, aircraft: Aircraft | None = None) -> Fligh
         deflections={name: np.interp(time, *pair)
                      for name, pair in bag.joints('joint_states').items()},
         commands=bag.joints('autopilot/surface_cmd') | bag.joints('pilot/surface_cmd'),
-        strips=strips, solver=_solver(bag), shape=_shape(aircraft, strips),
+        strips=strips, solver=_solver(bag), reported=_reported(bag),
+        shape=_shape(aircraft, strips),
         notes=tuple(bag.notes))
 
 
@@ -200,6 +210,13 @@ def _solver(bag: Lookup) -> dict[str, Pair]:
             except ValueError:
                 pass   # a word, such as the name of the closure
     return {key: tuple(np.array(pairs).T) for key, pairs in rows.items() if pairs}
+
+
+def _reported(bag: Lookup) -> dict[str, dict[str, str]]:
+    result: dict[str, dict[str, str]] = {}
+    for _, name, _, values in bag.diagnostics():
+        result.setdefault(name, {}).update(values)
+    return result
 
 
 def _shape(aircraft: Aircraft | None, strips: StripData | None) -> list[FloatArray]:
