@@ -15,9 +15,9 @@ from typing import Any
 
 from poststall_sim import __version__, terminal
 from poststall_sim import option_values as values
-from poststall_sim.commands import airfoil, fly, modes, plot, polar, trim
+from poststall_sim.commands import airfoil, campaign, fly, modes, plot, polar, trim
 
-COMMANDS = (polar, trim, modes, fly, plot, airfoil)
+COMMANDS = (polar, trim, modes, fly, plot, airfoil, campaign)
 """In the order of the help."""
 
 _NEGATIVE = re.compile(r'-[\d.]')

@@ -129,6 +129,11 @@ class Reader:
         self._mapping = mapping
         self._asked: list[str] = []
 
+    @property
+    def tree(self) -> Mapping[str, Any]:
+        """The mapping itself, for who puts other values in its place."""
+        return self._mapping
+
     def done(self) -> None:
         """Refuse the keys that nobody asked for."""
         for key in self._mapping:
@@ -143,6 +148,10 @@ class Reader:
     def names(self) -> list[str]:
         """Return the keys of a mapping whose keys are names of the user's choice."""
         return [self.where.name(key) for key in self._mapping]
+
+    def value(self, key: str, *, default: Any = _REQUIRED) -> Any:
+        """Return whatever stands there, for who checks it."""
+        return self._get(key, default)
 
     def number(self, key: str, *, default: float = _REQUIRED, **limits: Any) -> float:
         """Return a finite number; limits: ``above``, ``at_least``, ``at_most``, ``within``."""

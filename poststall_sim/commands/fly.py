@@ -77,7 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
         if complaint := values.refused(value, limits):
             raise ConfigError(f'scenario {scenario.name}: {name} {complaint}')
     model = solver.model(arguments)   # refuses what is wrong with the definition
-    jobs.require_controls(model, scenario)
+    jobs.require_controls(model.aircraft, scenario)
     if arguments.resume:
         for name in ('airspeed', 'altitude', 'wind'):
             if getattr(arguments, name) is not None:
