@@ -43,7 +43,7 @@ def save_state(flight: Flight, path: Path) -> None:
     """
     _require_regular(path)
     arrays = dict(_arrays('', flight.saved()))
-    arrays |= {_FORMAT: np.array(FORMAT), _AIRCRAFT: np.array(_fingerprint(flight.model)),
+    arrays |= {_FORMAT: np.array(FORMAT), _AIRCRAFT: np.array(fingerprint(flight.model.aircraft)),
                _SETTINGS: np.array(repr(flight.model.settings))}
     unfinished = path.with_name(path.name + '.part')
     _require_regular(unfinished)   # a pipe of that name would be waited for

@@ -18,8 +18,8 @@ import numpy as np
 from poststall_sim.aero.model import Settings
 from poststall_sim.aircraft import Aircraft
 from poststall_sim.autopilot_law import Law
-from poststall_sim.frames import FloatArray
 from poststall_sim.campaign.sampling import Value
+from poststall_sim.frames import FloatArray
 from poststall_sim.scenario import Scenario
 
 
@@ -57,7 +57,7 @@ class Initial:
 
 @dataclass(frozen=True, slots=True)
 class Recovered:
-    """Within these for so long [s], a flight has recovered: |alpha|, |roll| [rad], rate [rad/s]."""
+    """Within these for so long [s], a flight has recovered: |alpha|, |roll| [rad], rates."""
 
     alpha: float = math.radians(12.0)
     roll: float = math.radians(30.0)

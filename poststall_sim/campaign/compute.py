@@ -16,9 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from poststall_sim import jobs, modal_analysis, trim_jobs
+from poststall_sim import jobs, modal_analysis, simulation, trim, trim_jobs
 from poststall_sim import polar as polars
-from poststall_sim import simulation, trim
 from poststall_sim.aero import model as models
 from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import ConfigError
@@ -77,7 +76,7 @@ def compute(case: Case) -> Result:
 
 
 def warm(case: Case) -> None:
-    """Build, trim and fly a few steps of a case, so that all of it is compiled and kept on disk."""
+    """Fly a few steps of a case, so that all of it is compiled and kept on disk."""
     model = models.build(case.aircraft, case.settings)
     try:
         flight = _started(model, case.model_key, case.task)

@@ -7,6 +7,8 @@ No more cases are with the scheduler than there are threads: it stays small howe
 there are, and a worker that dies takes one case with it, that which it computed.
 """
 
+import asyncio
+import concurrent.futures
 import faulthandler
 import os
 import sys
@@ -20,7 +22,6 @@ from pathlib import Path
 from typing import Any
 
 from poststall_sim import __version__, threads
-from poststall_sim.aircraft import ConfigError
 from poststall_sim.campaign import case as cases
 from poststall_sim.campaign import compute
 from poststall_sim.campaign.case import Case, Flying, Outcome, Result
@@ -111,14 +112,12 @@ def _require_alike(client: Any) -> None:
 def computed(case: Case, session: str) -> Computed:
     """Compute a case on a worker, unless it has been begun too often already."""
     from distributed import get_worker
-    from distributed.utils import sync
     worker = get_worker()
-    keys = [_TALLY, session, str(case.index)]
-    tries = 1 + sync(worker.loop, worker.scheduler.get_metadata, keys=keys, default=0)
-    if tries > TRIES:
+    begun = 1 + _tally(worker, session, case)
+    if begun > TRIES:
         return lost(case)
     # Before it begins: what kills this process cannot keep it from having been counted.
-    sync(worker.loop, worker.scheduler.set_metadata, keys=keys, value=tries)
+    _tally(worker, session, case, begun)
     _settle()
     alone = worker.state.nthreads == 1
     if alone and isinstance(case.task, Flying):
@@ -131,8 +130,20 @@ def computed(case: Case, session: str) -> Computed:
     finally:
         if alone:
             faulthandler.cancel_dump_traceback_later()
+    # Counted is what did not end: a result that goes with its worker is computed once more.
+    _tally(worker, session, case, begun - 1)
     return _with_cost(case, result, cpu_s=time.thread_time() - cpu,
-                      wall_s=time.perf_counter() - wall, worker=worker.address, tries=tries)
+                      wall_s=time.perf_counter() - wall, worker=worker.address, tries=begun)
+
+
+def _tally(worker: Any, session: str, case: Case, value: int | None = None) -> int:
+    """Return how often a case was begun without an end, as the scheduler knows; or set it."""
+    from distributed.utils import sync
+    keys = [_TALLY, session, str(case.index)]
+    if value is None:
+        return sync(worker.loop, worker.scheduler.get_metadata, keys=keys, default=0)
+    sync(worker.loop, worker.scheduler.set_metadata, keys=keys, value=value)
+    return value
 
 
 @cache
@@ -182,18 +193,19 @@ def run(client: Any, cases: Iterable[Case],
     fill()
     for future in coming:
         case = flying.pop(future)
-        if future.status == 'finished':
+        try:
             yield future.result()
-        elif future.status == 'error':
-            error = future.exception()
-            if not isinstance(error, distributed.KilledWorker):
-                yield _failed(case, error)
-            elif client.get_metadata([_TALLY, session, str(case.index)], 0) < TRIES:
+        except distributed.KilledWorker:
+            if client.get_metadata([_TALLY, session, str(case.index)], 0) < TRIES:
                 submit(case)   # it only waited where another one died
             else:
                 yield lost(case)
-        else:
-            raise EngineError(f'the scheduler has gone: case {case.index} was {future.status}')
+        except (asyncio.CancelledError, concurrent.futures.CancelledError):
+            raise EngineError(f'the scheduler has gone, and case {case.index} with it') from None
+        except Exception as error:
+            if future.status != 'error':
+                raise   # not the case's own
+            yield _failed(case, error)
         if time.monotonic() - looked > LOOK:
             width, looked = _width(client), time.monotonic()
         fill()

@@ -3,9 +3,9 @@
 """
 A campaign's folder: rows as they come, and at the end the table.
 
-`parts/` has rows with what they cost, a file for every few seconds, each there whole or not at all;
-`table.parquet` has the rows by their case, `costs.parquet` what they cost. Histories are one array
-in Zarr, a chunk a case, written before the case's row is.
+`parts/` has rows with what they cost, a file for every few seconds, each there whole or not at
+all; `table.parquet` has the rows by their case, `costs.parquet` what they cost. Histories are one
+array in Zarr, a chunk a case, written before the case's row is.
 """
 
 import hashlib

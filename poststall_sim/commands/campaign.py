@@ -3,6 +3,7 @@
 """Many flights, polars, trims or modes from one file; and figures of what came out."""
 
 import argparse
+import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -43,8 +44,10 @@ def run(arguments: argparse.Namespace) -> int:
     from poststall_sim import definition
     from poststall_sim.campaign import cases, engine, job
     from poststall_sim.campaign import definition as campaigns
-    campaign = campaigns.campaign(
-        definition.find(definition.Kind.CAMPAIGN, arguments.what[0]))
+    path = definition.find(definition.Kind.CAMPAIGN, arguments.what[0])
+    # Functions that fly may stand beside the file.
+    sys.path.insert(0, str(path.absolute().parent))
+    campaign = campaigns.campaign(path)
     total = cases.check(campaign)
     if arguments.check:
         terminal.say(f'{campaign.name}: {total} cases, each of them can be')
