@@ -75,6 +75,7 @@ def test_what_cannot_be_flown_is_refused_with_its_key(tmp_path, vary, message):
     ('keep: {quantities: [height_lost]}\n', 'did you mean height_lost_m'),
     ('settings: {panels: 40}\n', 'panels'),
     ('scenario: stall_and_recovery\nlaw: {stall_alpha: 0.2}\n', 'scenario: flies alone'),
+    ('law: {stall_alpha: 0.2}\n', 'law: changes nothing, the autopilot is never example'),
     ('sed: 3\n', 'unknown key sed'),
 ])
 def test_what_is_wrong_elsewhere_is_refused(tmp_path, more, message):

@@ -111,9 +111,18 @@ class Builder:
             cpu_limit=numbers.get('cpu_limit_s', CPU_LIMIT))
 
 
+def functions(campaign: Campaign) -> list[str]:
+    """Return the functions of the user's, MODULE:FUNCTION, that fly in a campaign."""
+    named = [campaign.tree.get('autopilot', NOBODY)]
+    for each in campaign.variables:
+        if each.key == 'autopilot' and not isinstance(each.over, Distribution):
+            named = list(each.over)
+    return [str(name) for name in named if name not in (NOBODY, EXAMPLE)]
+
+
 def check(campaign: Campaign) -> int:
     """Refuse a campaign of which any case cannot be, or any key changes nothing; count cases."""
-    builder, design = Builder(campaign), campaign.design
+    builder, design, law_flies = Builder(campaign), campaign.design, False
     for index, values in enumerate(design):
         try:
             case = builder.case(index, values)
@@ -122,8 +131,12 @@ def check(campaign: Campaign) -> int:
                               for each, value in zip(campaign.variables, values))
             raise ConfigError(f'{campaign.where.file}: case {index} ({given}) cannot be: '
                               f'{error}') from None
-        if index == 0 and isinstance(case.task, Steady):
+        if isinstance(case.task, Flying):
+            law_flies = law_flies or case.task.law is not None
+        elif index == 0:
             _require_condition(campaign, case.task)
+    if campaign.tree.get('law') and not law_flies:
+        raise campaign.where.error(f'law: changes nothing, the autopilot is never {EXAMPLE}')
     for place, variable in enumerate(campaign.variables):
         _require_effect(builder, design, place, variable)
     return len(design)

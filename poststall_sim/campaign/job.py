@@ -2,13 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """A campaign from its definition to its table."""
 
+import hashlib
 import json
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 from poststall_sim import flight_file
-from poststall_sim.campaign import cases, compute, definition, engine, measures, table
+from poststall_sim.campaign import cases, compute, definition, engine, measures, pilots, table
 from poststall_sim.campaign.definition import FLIGHT, Campaign
 from poststall_sim.campaign.sampling import Distribution
 
@@ -31,6 +32,8 @@ def identity(campaign: Campaign) -> dict[str, Any]:
     first = cases.Builder(campaign).case(0, campaign.design[0])
     plain = {**definition.as_plain(campaign), 'versions': engine.versions(),
              'aircraft': flight_file.fingerprint(first.aircraft),   # with its section curves
+             'functions': {name: hashlib.sha256(pilots.source(name).read_bytes()).hexdigest()
+                           for name in cases.functions(campaign)},
              'columns': [*columns(campaign)]}
     return json.loads(json.dumps(plain))
 
@@ -53,6 +56,9 @@ def run(campaign: Campaign, folder: Path, *, watch: Watch, scheduler: str | None
             _warm(builder)
             with engine.cluster(scheduler, workers,
                                 Path(campaign.where.file).absolute().parent) as client:
+                if scheduler is not None:   # to machines that have not the user's files
+                    for name in cases.functions(campaign):
+                        client.upload_file(str(pilots.source(name)))
                 told(f'{left} of {total} cases on {len(client.nthreads())} workers; '
                      f'{client.dashboard_link}')
                 rows = engine.run(client, builder.cases(store.done))

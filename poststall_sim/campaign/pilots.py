@@ -3,7 +3,9 @@
 """Who flies a case: nobody, a scenario, the example law, or a function of the user's."""
 
 import importlib
+import inspect
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
 import numpy as np
 
@@ -26,6 +28,11 @@ def imported(name: str) -> Callable[..., Pilot]:
         return getattr(importlib.import_module(module), function)
     except (ImportError, AttributeError, ValueError) as error:
         raise ConfigError(f'autopilot {name}: {error}') from None
+
+
+def source(name: str) -> Path:
+    """Return the file of the function that MODULE:FUNCTION names."""
+    return Path(inspect.getfile(imported(name)))
 
 
 def commanding(flight: Flight, task: Flying, seed: int) -> Callable[[Snapshot], Controls]:
