@@ -32,6 +32,13 @@ GRACE = 120.0
 """Wall time [s] beyond five times its processor time in which a case must come back."""
 LOOK = 2.0
 """How often the size of the cluster is looked at [s]."""
+QUIET = {'distributed.worker.profile.enabled': False,
+         'distributed.admin.tick.interval': '500ms',
+         'distributed.admin.system-monitor.interval': '2s'}
+"""
+Of Dask, for our own workers: by default each looks a hundred times a second at what its thread
+does, and takes a tenth of its time for that.
+"""
 _TALLY = 'poststall_sim'
 
 
@@ -87,7 +94,8 @@ def cluster(scheduler: str | None, workers: int | None,
     path = os.pathsep.join(filter(None, [
         str(folder.resolve()) if folder else '', str(Path(__file__).resolve().parents[2]),
         os.environ.get('PYTHONPATH', '')]))
-    with distributed.LocalCluster(
+    import dask
+    with dask.config.set(QUIET), distributed.LocalCluster(
             n_workers=workers or _cores(), threads_per_worker=1, processes=True,
             host='127.0.0.1', dashboard_address='127.0.0.1:0', silence_logs=50,
             env={'PYTHONPATH': path}) as local:
