@@ -41,7 +41,8 @@ def twelve_modes():
     aero = solver.steady(model, onset, np.zeros(0), density=wings.DENSITY)
     flow = linear.linearise(model, onset, np.zeros(0), aero, density=wings.DENSITY,
                             dt=0.25 / SPEED, rows=60)
-    body = bodies.free_body(wing, velocity_B=velocity_B, pitch=ALPHA, throttle=0.0)
+    body = bodies.free_body(wing, velocity_B=velocity_B, pitch=ALPHA, throttle=0.0,
+                            density=1.225)
     system = motion.assemble(flow, body, (), Decambering.VARIABLE, model.settings.lag)
     assert len(flow.wake) == 60 and flow.wake.shape[1:] == (160, 40)
     times = []

@@ -37,7 +37,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'test'))
 import wings
 from report import holds, keep
 
-from poststall_sim import simulation
+from poststall_sim import coupling, simulation
 from poststall_sim.aero import wash
 from poststall_sim.aero.kernels import grid_edges, grid_velocity
 from poststall_sim.aero.model import Settings, build
@@ -85,7 +85,7 @@ class Grid:
 
     def __init__(self, flight, real):
         lattice, wake = flight.model.lattice, flight.state.flow.wake
-        placement = simulation.placement(flight.model.aircraft, flight.state.body)
+        placement = coupling.placement(flight.model.aircraft, flight.state.body)
         nodes = placement.to_geometry(wake.nodes_N)
         self.width = nodes.shape[1]
         self.edges = np.empty((6, nodes.shape[0] * self.width), dtype=real)
@@ -197,7 +197,7 @@ def test_pairs_of_a_step_are_these_however_long_it_has_flown(size):
     flight = in_flight(heavy_wing(*SIZES[size]))
 
     def pairs():
-        placement = simulation.placement(flight.model.aircraft, flight.state.body)
+        placement = coupling.placement(flight.model.aircraft, flight.state.body)
         return wash.velocity(flight.state.flow.wake, flight.model.lattice, flight.model.felt,
                              placement, True)[1]
 

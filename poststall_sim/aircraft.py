@@ -8,11 +8,11 @@ All records are frozen; lengths in metres and angles in radians, geometry axes G
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from poststall_sim.controls import Control
+from poststall_sim.controls import Control, Movable, movables
 from poststall_sim.engines import Engine
 from poststall_sim.frames import FloatArray
 from poststall_sim.nonlifting import NonliftingBody
@@ -104,7 +104,11 @@ class Surface:
 
     A symmetric surface is drawn from root to starboard tip and mirrored in y = 0; any other
     from its left tip to its right tip, a fin from root to tip. ``strips`` counts the whole
-    surface, both sides; ``spacing_cosine`` crowds them towards the tips.
+    surface, both sides; ``spacing_cosine`` crowds them towards the tips. ``edges``, where there
+    are any, say where the strips end instead: shares of the (half) span from 0 to 1, each inner
+    section among them; ``points``, one a strip, where between their ends the flow is tangent
+    (shares of the span too, else the middles). ``flat`` panels lie in the plane of the leading
+    edges and x, and twist turns their normals only, as in AVL; else the chords are turned.
     """
 
     name: str
@@ -112,6 +116,9 @@ class Surface:
     strips: int
     symmetric: bool = False
     spacing_cosine: bool = False
+    edges: tuple[float, ...] = ()
+    points: tuple[float, ...] = ()
+    flat: bool = False
 
     def __post_init__(self) -> None:
         """Refuse surfaces without span or strips."""
@@ -141,6 +148,43 @@ class Surface:
         if self.symmetric and abs(self.sections[0].leading_edge_G[1]) > 1e-9:
             raise ConfigError(f'surface {self.name}: a symmetric surface starts at y = 0, got '
                               f'y = {self.sections[0].leading_edge_G[1]:g} m')
+        if self.edges or self.points:
+            self._require_edges()
+
+    def _require_edges(self) -> None:
+        """Refuse strip edges that do not cut the span into the strips, or miss a section."""
+        each = self.strips // 2 if self.symmetric else self.strips
+        if len(self.edges) != each + 1 or self.edges[0] != 0.0 or self.edges[-1] != 1.0 \
+                or not all(a < b for a, b in zip(self.edges, self.edges[1:])):
+            raise ConfigError(f'surface {self.name}: strip edges must rise from 0 to 1 in '
+                              f'{each + 1} numbers for {self.strips} strips')
+        if self.points and not (len(self.points) == each and all(
+                a < point < b for a, point, b in zip(self.edges, self.points, self.edges[1:]))):
+            raise ConfigError(f'surface {self.name}: strip points must be {each} numbers, one '
+                              'between the edges of each strip')
+        for share in self.section_shares:
+            if min(abs(share - edge) for edge in self.edges) > 1e-6:
+                raise ConfigError(f'surface {self.name}: the section at {share:.6g} of the span '
+                                  'must be a strip edge')
+
+    @property
+    def section_places(self) -> tuple[float, ...]:
+        """Return where the sections stand along the (half) span [m], from 0."""
+        place = [0.0]
+        for a, b in zip(self.sections, self.sections[1:]):
+            place.append(place[-1] + math.hypot(b.leading_edge_G[1] - a.leading_edge_G[1],
+                                                b.leading_edge_G[2] - a.leading_edge_G[2]))
+        return tuple(place)
+
+    @property
+    def section_shares(self) -> tuple[float, ...]:
+        """Return where the sections stand along the (half) span, 0 to 1."""
+        return tuple(place / self.section_places[-1] for place in self.section_places)
+
+    def cut(self, strips: int) -> 'Surface':
+        """Return the surface cut into another number of strips, by its spacing."""
+        return self if strips == self.strips else replace(
+            self, strips=strips, edges=(), points=())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -187,7 +231,12 @@ class Reference:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Aircraft:
-    """Everything that is needed to fly, and nothing that changes in flight."""
+    """
+    Everything that is needed to fly, and nothing that changes in flight.
+
+    movables, mixing : the parts that the controls move, see `controls.movables`; assumptions :
+    what its file did not say and a reader had to assume, a sentence each.
+    """
 
     name: str
     surfaces: tuple[Surface, ...]
@@ -197,14 +246,21 @@ class Aircraft:
     controls: tuple[Control, ...] = ()
     engines: tuple[Engine, ...] = ()
     bodies: tuple[NonliftingBody, ...] = ()
+    assumptions: tuple[str, ...] = ()
     control_names: tuple[str, ...] = field(init=False)
+    engine_names: tuple[str, ...] = field(init=False)
+    movables: tuple[Movable, ...] = field(init=False)
+    mixing: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
         """Refuse names that point nowhere or twice."""
         if not self.surfaces:
             raise ConfigError('an aircraft needs at least one surface')
+        object.__setattr__(self, 'engine_names', tuple(
+            engine.name or f'engine_{i}' for i, engine in enumerate(self.engines, 1)))
         for kinds, names in (('surfaces', [s.name for s in self.surfaces]),
                              ('controls', [c.name for c in self.controls]),
+                             ('engines', self.engine_names),
                              ('bodies', [b.name for b in self.bodies])):
             for name in names:
                 if names.count(name) > 1:
@@ -240,3 +296,13 @@ class Aircraft:
                                       'not symmetric, so it has no left or right side')
         object.__setattr__(
             self, 'control_names', tuple(control.name for control in self.controls))
+        parts, mixing = movables(
+            self.controls, [surface.name for surface in self.surfaces if surface.symmetric])
+        object.__setattr__(self, 'movables', parts)
+        object.__setattr__(self, 'mixing', mixing)
+
+    def require_engines(self, names: frozenset[str]) -> None:
+        """Raise `ConfigError` for a name that no engine has."""
+        for name in sorted(names - set(self.engine_names)):
+            raise ConfigError(f'{self.name} has no engine named {name!r}, there are '
+                              f'{list(self.engine_names) or "none"}')

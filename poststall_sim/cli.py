@@ -15,9 +15,24 @@ from typing import Any
 
 from poststall_sim import __version__, terminal
 from poststall_sim import option_values as values
-from poststall_sim.commands import airfoil, campaign, fly, modes, plot, polar, trim
+from poststall_sim.commands import (
+    airfoil,
+    campaign,
+    check,
+    database,
+    derivatives,
+    export,
+    fly,
+    modes,
+    new,
+    plot,
+    polar,
+    show,
+    trim,
+)
 
-COMMANDS = (polar, trim, modes, fly, plot, airfoil, campaign)
+COMMANDS = (new, show, check, polar, trim, modes, derivatives, database, fly, plot, export,
+            airfoil, campaign)
 """In the order of the help."""
 
 _NEGATIVE = re.compile(r'-[\d.]')
@@ -88,7 +103,8 @@ def _parser() -> argparse.ArgumentParser:
         sub.set_defaults(command=name)
         if of_aircraft:
             sub.add_argument('--aircraft', default=aircraft, metavar='NAME_OR_FILE',
-                             help='aircraft: a file, or a name in config/aircraft'
+                             help='aircraft: a file of ours or of AVL (.avl), or a name in '
+                             'config/aircraft'
                              + (f' (default {aircraft})' if aircraft else
                                 ' (default: the one the bag names)'))
         sub.add_argument('--json', type=values.output, metavar='FILE',

@@ -17,7 +17,15 @@ from pathlib import Path
 
 import numpy as np
 
-from poststall_sim import airfoil_reader, body_reader, control_reader, engine_reader
+from poststall_sim import (
+    air_reader,
+    airfoil_reader,
+    avl_reader,
+    body_reader,
+    control_reader,
+    engine_reader,
+    failure_reader,
+)
 from poststall_sim.aircraft import (
     Aircraft,
     Airfoil,
@@ -118,7 +126,13 @@ def find(kind: Kind | str, name: str | os.PathLike[str], beside: Path | None = N
 
 
 def aircraft(path: str | os.PathLike[str]) -> Aircraft:
-    """Read an aircraft from a YAML file; its section curves from the CSV files it names."""
+    """
+    Read an aircraft from a YAML file; its section curves from the CSV files it names.
+
+    A file that ends in .avl is one of AVL; its masses are in the .mass file beside it, if any.
+    """
+    if Path(path).suffix.lower() == '.avl':
+        return avl_reader.aircraft(path)
     return aircraft_in(open_yaml(path), Path(path).parent)
 
 
@@ -143,7 +157,8 @@ def aircraft_in(read: Reader, folder: Path) -> Aircraft:
         mass=_mass_properties(read.mapping('mass')),
         controls=tuple(control_reader.control(controls.mapping(key), key, surfaces)
                        for key in controls.names()),
-        engines=tuple(engine_reader.engine(item) for item in read.mappings('engines', default=[])),
+        engines=tuple(engine_reader.engine(item, airfoils)
+                      for item in read.mappings('engines', default=[])),
         bodies=tuple(body_reader.body(item) for item in read.mappings('bodies', default=[])))
 
 
@@ -161,9 +176,12 @@ def scenario_in(read: Reader) -> Scenario:
     altitude = initial.number('altitude_m', above=0)
     initial.done()
     channels = read.mapping('channels', default={})
+    atmosphere, weather = air_reader.air(read.mapping('air', default={}), altitude)
     return read.build(
         Scenario, name=name, duration=duration, airspeed=airspeed, altitude=altitude,
-        channels=tuple(_channel(channels.mapping(key), key) for key in channels.names()))
+        atmosphere=atmosphere, weather=weather,
+        channels=tuple(_channel(channels.mapping(key), key) for key in channels.names()),
+        faults=tuple(failure_reader.fault(item) for item in read.mappings('failures', default=[])))
 
 
 def _airfoil(read: Reader, key: str, folder: Path) -> list[Airfoil]:
@@ -181,7 +199,9 @@ def _surface(read: Reader, airfoils: Mapping[str, str]) -> Surface:
     name = read.name('name')
     incidence = read.number('incidence_deg', default=0.0, within=(-45, 45))
     return read.build(
-        Surface, name=name, strips=read.count('strips', at_most=1000),
+        Surface, name=name, edges=read.numbers('strip_edges', default=[]),
+        points=read.numbers('strip_points', default=[]),
+        flat=read.boolean('flat', default=False), strips=read.count('strips', at_most=1000),
         symmetric=read.boolean('symmetric'),
         spacing_cosine=read.choice('spacing', _SPACINGS, default='uniform'),
         sections=tuple(_section(item, airfoils, incidence) for item in read.mappings('sections')))

@@ -158,7 +158,7 @@ class Observer:
             any(info.node_name == node_name
                 for info in self._node.get_subscriptions_info_by_topic(topic.name))
             for topic in topics.PUBLISHED if topic.by_default
-            and topic is not topics.JOINT_STATES and messages.available(topic.type))
+            and topic.everywhere and messages.available(topic.type))
 
     def wait(self, what: str, done: Callable[[], bool], children: list[Child],
              limit: float) -> None:

@@ -25,6 +25,9 @@ Fields = dict[str, Any]
 THROTTLE = 'throttle'
 """The name under which commands and joint_states carry the throttle, 0..1."""
 
+_DISCHARGING = 2
+"""POWER_SUPPLY_STATUS_DISCHARGING of sensor_msgs/BatteryState."""
+
 NED, FRD = '_ned', '_frd'
 """What the frames of aviation are called after those of ROS."""
 
@@ -34,13 +37,15 @@ class Layout:
     """
     What stays the same during a flight: names, strip geometry, frames.
 
-    control_names : in the order of the deflections; engines : whether there is a throttle;
-    strip_names : one per strip; strip_place : (n, 3) their quarter chords in base_link [m];
-    strip_chord : (n,) [m]; strip_cl_max : (n,) each section's greatest lift; limits : (low, high)
-    by control [rad]; map_frame, base_frame : frame ids.
+    control_names : in the order of the deflections; movable_names : of the parts that they move;
+    engines : whether there is a throttle; strip_names : one per strip; strip_place : (n, 3) their
+    quarter chords in base_link [m]; strip_chord : (n,) [m]; strip_cl_max : (n,) each section's
+    greatest lift; limits : (low, high) by control [rad]; map_frame, base_frame : frame ids;
+    battery_capacity : of all batteries together [A h], 0 where there is none.
     """
 
     control_names: tuple[str, ...]
+    movable_names: tuple[str, ...]
     engines: bool
     strip_names: tuple[str, ...]
     strip_place: FloatArray
@@ -49,6 +54,7 @@ class Layout:
     limits: tuple[tuple[float, float], ...]
     map_frame: str = 'map'
     base_frame: str = 'base_link'
+    battery_capacity: float = 0.0
 
     @property
     def strip_y(self) -> FloatArray:
@@ -162,6 +168,28 @@ def wind(snapshot: Snapshot, layout: Layout) -> Fields:
     """Return the wind as a geometry_msgs/Vector3Stamped."""
     return {'header': header(snapshot.time_ns, layout.map_frame),
             'vector': map_xyz(snapshot.wind_N)}
+
+
+def battery(snapshot: Snapshot, layout: Layout) -> Fields:
+    """
+    Return a sensor_msgs/BatteryState of all batteries: currents together, the least of the rest.
+
+    Numbers are rounded to the float32 of the message.
+    """
+    engines = snapshot.engines
+    powered = engines.voltage > 0.0
+    share = float(engines.charge.min(initial=1.0))
+
+    def single(value: float) -> float:
+        return float(np.float32(value))
+    return {'header': header(snapshot.time_ns, ''), 'present': True,
+            'voltage': single(engines.voltage[powered].min(initial=np.inf))
+            if powered.any() else 0.0,
+            'current': single(-engines.current.sum()), 'percentage': single(share),
+            'charge': single(share * layout.battery_capacity),
+            'capacity': single(layout.battery_capacity),
+            'design_capacity': single(layout.battery_capacity),
+            'power_supply_status': _DISCHARGING}
 
 
 def number(key: str) -> Making:

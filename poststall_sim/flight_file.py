@@ -28,7 +28,7 @@ from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.simulation import Flight, SavedFlight
 
-FORMAT = 2
+FORMAT = 5
 """Goes up with every change of what a flight remembers: an old file is refused, not guessed."""
 GREATEST = 256 * 1024 * 1024
 """No flight is larger, packed or not [bytes]: what is, is not read."""
@@ -142,6 +142,13 @@ def _value(kind: Any, name: str, arrays: dict[str, np.ndarray]) -> Any:
         return kind(**{
             field.name: _value(hints[field.name], f'{name}.{field.name}'.lstrip('.'), arrays)
             for field in dataclasses.fields(kind)})
+    if typing.get_origin(kind) is tuple:     # tuple[X, ...]
+        each, count = typing.get_args(kind)[0], 0
+        items = []
+        while any(key.startswith(f'{name}.{count}.') for key in arrays):
+            items.append(_value(each, f'{name}.{count}', arrays))
+            count += 1
+        return tuple(items)
     if kind is History:
         return History(*(_value(np.ndarray, f'{name}.{i}', arrays) for i in range(2)))
     if name not in arrays:

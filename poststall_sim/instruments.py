@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Mapping
 import numpy as np
 
 from poststall_sim import fields, topics
-from poststall_sim.atmosphere import standard_air
 from poststall_sim.fields import Fields, Layout
 from poststall_sim.frames import FloatArray, swap_body_flu, swap_ned_enu
 from poststall_sim.sensors import Errors, Origin, Reading, Sensor, geodetic, pitot_pressure
@@ -33,8 +32,7 @@ _TRUTH: dict[Topic, Callable[[Snapshot], FloatArray]] = {
     topics.GPS: lambda snapshot: swap_ned_enu(snapshot.body.position_N),
     topics.PITOT: lambda snapshot: np.array(
         [pitot_pressure(snapshot.density, snapshot.velocity_air_B)]),
-    topics.BAROMETER: lambda snapshot: np.array(
-        [standard_air(snapshot.body.altitude).pressure])}
+    topics.BAROMETER: lambda snapshot: np.array([snapshot.air.pressure])}
 
 
 class Instruments:

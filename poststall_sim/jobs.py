@@ -18,12 +18,12 @@ from typing import Any
 
 import numpy as np
 
-from poststall_sim import flight_file, topics
+from poststall_sim import envelope, failure_reader, failures, flight_file, topics
 from poststall_sim import polar as polars
 from poststall_sim.aero.model import Model
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import Aircraft, ConfigError
-from poststall_sim.atmosphere import standard_air
+from poststall_sim.failures import Failure
 from poststall_sim.frames import (
     FloatArray,
     body_to_stability,
@@ -83,7 +83,7 @@ def polar(model: Model, flown: Sequence[Condition], *, airspeed: float, altitude
     All with the same deflections. random_starts : besides, count the distinct solutions that so
     many lead to.
     """
-    here = standard_air(altitude)
+    here = model.atmosphere.at(altitude)
     air = {'airspeed': airspeed, 'density': here.density}
     neutral = np.zeros(len(model.aircraft.controls))
     deflected = next((each.deflections for each in flown if each.deflections.size), neutral)
@@ -169,6 +169,7 @@ class FlightLog:
         self._deepest: Result = {'stalled_wing_strips': 0}
         self._depth = (0, 0.0)
         self._top = self._lost = 0.0
+        self._outside: dict[str, Result] = {}
         self.series: dict[str, list[float]] = {}
         self.add(flight.snapshot)
         self._steps_before = self._tally.steps
@@ -184,9 +185,15 @@ class FlightLog:
             self._deepest = {'stalled_wing_strips': stalled, 'time_s': snapshot.time,
                              'alpha_deg': math.degrees(snapshot.alpha),
                              'CL': self._lift(snapshot)}
+        for each in envelope.exceeded(snapshot, self._model):
+            noted = self._outside.setdefault(each.quantity, {
+                'from_s': snapshot.time, 'steps': 0, 'beyond': 0.0, 'worst': ''})
+            noted['steps'] += 1
+            if each.beyond > noted['beyond']:
+                noted.update(beyond=each.beyond, worst=each.text)
         if any(topic.rate is topics.Rate.STATE for topic in
                self._schedule.due(snapshot.time_ns)):
-            for key, value in self._row(snapshot).items():
+            for key, value in self.row(snapshot).items():
                 self.series.setdefault(key, []).append(value)
 
     def _lift(self, snapshot: Snapshot) -> float:
@@ -194,7 +201,8 @@ class FlightLog:
         lift = -float(body_to_stability(snapshot.force_B, snapshot.alpha)[2])
         return lift / max(pressure * self._model.aircraft.reference.area, 1e-9)
 
-    def _row(self, snapshot: Snapshot) -> dict[str, float]:
+    def row(self, snapshot: Snapshot) -> dict[str, float]:
+        """Return one instant of the time series."""
         body = snapshot.body
         roll, pitch, yaw = np.degrees(euler_from_quaternion(body.q_NB))
         p, q, r = np.degrees(body.rates_B)
@@ -210,6 +218,8 @@ class FlightLog:
             'load_factor': float(snapshot.load_factor), 'CL': self._lift(snapshot),
             **{f'{name}_deg': math.degrees(value)
                for name, value in zip(names, snapshot.controls.deflections)},
+            **{f'{name}_commanded_deg': math.degrees(value)
+               for name, value in zip(names, snapshot.commanded.deflections)},
             'throttle': float(snapshot.controls.throttle),
             'stalled_wing_strips': int(np.count_nonzero(snapshot.strips.stalled[self._wing])),
             'iterations': int(snapshot.iterations), 'residual': float(snapshot.max_residual)}
@@ -227,7 +237,10 @@ class FlightLog:
             'not_converged_steps': tally.statuses[Status.NOT_CONVERGED],
             'wing_strips': self._wing.stop - self._wing.start, 'deepest_stall': self._deepest,
             'stalled_strips_at_end': int(np.count_nonzero(flight.snapshot.strips.stalled)),
-            'altitude_lost_m': self._lost, 'ended_early': flight.paused_reason}
+            'altitude_lost_m': self._lost, 'failed': failure_reader.words(flight.failures),
+            'outside_the_method': [{'quantity': name, **noted}
+                                   for name, noted in self._outside.items()],
+            'ended_early': flight.paused_reason}
 
 
 def model_area(model: Model, strips: slice) -> float:
@@ -254,6 +267,11 @@ def require_controls(aircraft: Aircraft, scenario: Scenario) -> None:
         for _, value in channel.points:
             if complaint := _beyond(name, limits[name], value):
                 raise ConfigError(f'scenario {scenario.name}: {complaint}')
+    for fault in scenario.faults:
+        try:
+            failures.of_parts(aircraft, scenario.failures(fault.time))
+        except ConfigError as error:
+            raise ConfigError(f'scenario {scenario.name}: {error}') from None
 
 
 def resumed(model: Model, path: Path, duration: float) -> Flight:
@@ -277,10 +295,13 @@ def fly(flight: Flight, scenario: Scenario, duration: float,
     """
     layout = topics.layout(flight)
     trim = topics.command_values(flight.trim, layout)
+    failed: dict[str, Failure] = {}
     while flight.snapshot.time_ns < round(duration * 1e9) and flight.paused_reason is None:
         # The controls of a step are those at its end.
         commands = scenario.commands((flight.snapshot.time_ns + flight.dt_ns) * 1e-9, trim)
         told = trim | commands
+        if failed != (failed := scenario.failures(flight.snapshot.time)):
+            flight.failures = failed
         before = flight.snapshot
         snapshot = flight.step(Controls(
             np.array([told[name] for name in layout.control_names]),

@@ -17,24 +17,14 @@ import numpy as np
 from scipy.optimize import brentq, least_squares, root
 
 from poststall_sim import trim as trims
-from poststall_sim.aero import solver
-from poststall_sim.aero.model import Model, Onset
+from poststall_sim.aero.model import Model
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.atmosphere import standard_air
-from poststall_sim.frames import (
-    GRAVITY,
-    FloatArray,
-    body_to_geometry,
-    cross,
-    geometry_to_body,
-    rotation,
-)
-from poststall_sim.propulsion import thrust
+from poststall_sim.frames import GRAVITY, FloatArray
 from poststall_sim.state import Controls, Status
-from poststall_sim.trim import ACCEPTED, Trim
+from poststall_sim.trim import ACCEPTED, ALL_WORK, Trim, balance
 
-ROLL_CONTROL, YAW_CONTROL = 'aileron', 'rudder'
+ROLL_CONTROL, YAW_CONTROL = trims.LATERAL_CONTROLS
 """The controls that balance roll and yaw."""
 AXES = ('forward', 'sideways', 'vertical', 'rolling', 'pitching', 'yawing')
 """Of the balances, in the order of a residual."""
@@ -61,7 +51,8 @@ class Task:
     airspeed [m/s]; alpha, climb_angle, beta, bank [rad]; throttle 0..1; turn_rate : of the
     heading, right positive, pull_rate : of pitch beyond that, at the lowest point of a pull-up
     [rad/s]; coordinated : no side force is felt; held : deflections [rad] of controls that do not
-    move, stuck or set, by name. A beta of None is 0 where the other unknowns are enough.
+    move, stuck or set, by name; failed : names of engines that do not work. A beta of None is 0
+    where the other unknowns are enough.
     """
 
     airspeed: float | None = None
@@ -74,6 +65,7 @@ class Task:
     pull_rate: float = 0.0
     coordinated: bool = False
     held: Mapping[str, float] = field(default_factory=dict)
+    failed: frozenset[str] = ALL_WORK
 
 
 def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = None) -> Trim:
@@ -87,7 +79,7 @@ def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = No
     known, unknown = _unknowns(model, task)
     bounds = _BOUNDS | {control.name: control.limits for control in aircraft.controls}
     low, high = (np.array([bounds[name][side] for name in unknown]) for side in (0, 1))
-    tight, air = trims.tight(model), standard_air(altitude)
+    tight, air = trims.tight(model), model.atmosphere.at(altitude)
     density = air.density
     delta = None if start is None else start.aero.strips.delta
     last: dict[str, AeroResult] = {}
@@ -100,20 +92,17 @@ def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = No
             controls=Controls(deflections, value['throttle']), residual=np.empty(6),
             aero=None, status=Status.NOT_CONVERGED, message='', beta=value['beta'],
             bank=value['bank'], turn_rate=value['turn_rate'], pull_rate=task.pull_rate)
-        aero = solver.steady(
-            tight.at(found.airspeed, air.kinematic_viscosity, deflections),
-            Onset(body_to_geometry(-found.velocity_B), body_to_geometry(found.rates_B)),
-            deflections, density=density,
-            delta0=last['aero'].strips.delta if last else delta)
-        last['aero'] = aero
-        return replace(found, aero=aero)
+        found = replace(found, push=trims.pushed(model, found, density, task.failed))
+        found = trims.in_air(tight, found, air, last['aero'].strips.delta if last else delta)
+        last['aero'] = found.aero
+        return found
 
     def imbalance(x: FloatArray) -> FloatArray:
         found = flown(x)
         residual, side = balance(model, found)
         return np.append(residual, side) if task.coordinated else residual
 
-    x = np.array([_guess(model, name, known, start, density) for name in unknown])
+    x = np.array([_guess(model, task, name, known, start, density) for name in unknown])
     # The unknowns of the first three balances alone, then all: an aircraft flown straight stays
     # symmetric, to the bit, where past the stall a search sideways would fall off the branch.
     for moved in (slice(0, 3), slice(0, len(unknown))):
@@ -148,24 +137,6 @@ def _searched(imbalance: Callable[[FloatArray], FloatArray], x: FloatArray, move
     return part(y)
 
 
-def balance(model: Model, found: Trim) -> tuple[FloatArray, float]:
-    """
-    Return what is left of the six balances, and the side force that is felt.
-
-    Forces over weight, moments over weight times chord, in B about the centre of gravity.
-    """
-    mass = model.aircraft.mass
-    weight = mass.mass * GRAVITY
-    push, turn = thrust(model.aircraft, found.velocity_B, found.controls.throttle)
-    felt = geometry_to_body(found.aero.force_G) + push
-    rates = found.rates_B
-    force = felt + weight * rotation(found.q_NB)[2] \
-        - mass.mass * cross(rates, found.velocity_B)
-    moment = geometry_to_body(found.aero.moment_G) + turn - cross(rates, mass.inertia_B @ rates)
-    return np.concatenate([force, moment / model.aircraft.reference.chord]) / weight, \
-        float(felt[1]) / weight
-
-
 def _unknowns(model: Model, task: Task) -> tuple[dict[str, float], list[str]]:
     """Return what is known by name, and the names of what is to be found."""
     names = model.aircraft.control_names
@@ -176,8 +147,9 @@ def _unknowns(model: Model, task: Task) -> tuple[dict[str, float], list[str]]:
     if trims.PITCH_CONTROL not in names:
         raise ConfigError(f'trim moves the control named {trims.PITCH_CONTROL}, there are '
                           f'{list(names) or "none"}')
+    working = set(model.aircraft.engine_names) - task.failed
     given = {'airspeed': task.airspeed, 'alpha': task.alpha, 'climb_angle': task.climb_angle,
-             'throttle': task.throttle if model.aircraft.engines else 0.0, 'beta': task.beta,
+             'throttle': task.throttle if working else 0.0, 'beta': task.beta,
              'bank': task.bank, 'turn_rate': task.turn_rate,
              **{name: None for name in (trims.PITCH_CONTROL, ROLL_CONTROL, YAW_CONTROL)
                 if name in names}, **task.held}
@@ -198,7 +170,7 @@ def _unknowns(model: Model, task: Task) -> tuple[dict[str, float], list[str]]:
     return known, lengthways + sideways
 
 
-def _guess(model: Model, name: str, known: Mapping[str, float], start: Trim | None,
+def _guess(model: Model, task: Task, name: str, known: Mapping[str, float], start: Trim | None,
            density: float) -> float:
     """Return where the search for an unknown begins."""
     names = model.aircraft.control_names
@@ -208,7 +180,9 @@ def _guess(model: Model, name: str, known: Mapping[str, float], start: Trim | No
     reference, weight = model.aircraft.reference, model.aircraft.mass.mass * GRAVITY
     speed = known.get('airspeed') or math.sqrt(weight / (0.25 * density * reference.area))
     rate = known.get('turn_rate', 0.0)
-    return {'airspeed': speed, 'alpha': math.radians(4.0), 'throttle': 0.3, 'climb_angle': -0.1,
+    if name == 'throttle':
+        return trims.first_throttle(model, speed, density, task.failed)
+    return {'airspeed': speed, 'alpha': math.radians(4.0), 'climb_angle': -0.1,
             'bank': math.atan(speed * rate / GRAVITY),
             'turn_rate': GRAVITY * math.tan(known.get('bank', 0.0)) / speed}.get(name, 0.0)
 

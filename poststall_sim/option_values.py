@@ -10,7 +10,7 @@ import argparse
 import math
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +27,13 @@ ALTITUDE = (-500.0, 20_000.0)
 """Of steady flow [m]."""
 CLIMB = (-90.0, 90.0)
 """[deg]."""
+TEMPERATURE_OFFSET = (-80.0, 80.0)
+"""[K]."""
+QNH = (500.0, 1500.0)
+"""[hPa]."""
 _WIND = (-100.0, 100.0)
+_SEVERITIES = ('light', 'moderate', 'severe')
+_INTENSITY = (0.0, 100.0)
 
 
 def number(text: str) -> float:
@@ -111,7 +117,7 @@ def span_within(limits: tuple[float, float]) -> Callable[[str], list[float]]:
 
 
 class Deflections(argparse.Action):
-    """Gather deflections [deg] by name; a name stands once."""
+    """Gather deflections [deg], or lists of them, by name; a name stands once."""
 
     def __call__(self, parser, namespace, values, option_string=None) -> None:
         """Add one to those of before."""
@@ -128,6 +134,41 @@ def deflection(text: str) -> tuple[str, float]:
     if not (separator and name):
         raise argparse.ArgumentTypeError(f'expected NAME=DEG, got {text!r}')
     return name, number(value)
+
+
+def deflections(text: str) -> tuple[str, list[float]]:
+    """Return the name and the angles [deg] of NAME=A:B:STEP."""
+    name, separator, angles = text.partition('=')
+    if not (separator and name):
+        raise argparse.ArgumentTypeError(f'expected NAME=A:B:STEP, got {text!r}')
+    return name, span(angles)
+
+
+def some_of(names: Sequence[str]) -> Callable[[str], list[str]]:
+    """Return a reader of some of these names, with commas between."""
+    def read(text: str) -> list[str]:
+        chosen = text.split(',')
+        for each in chosen:
+            if each not in names:
+                raise argparse.ArgumentTypeError(
+                    f'expected one or some of {",".join(names)}, got {text!r}')
+        return chosen
+    return read
+
+
+def fault(text: str):
+    """Return the scenario.Fault of NAME:KIND[=DEG][@TIME], at 0 s without a time."""
+    from poststall_sim.aircraft import ConfigError
+    from poststall_sim.failure_reader import failure
+    from poststall_sim.scenario import Fault
+    what, separator, time = text.partition('@')
+    try:
+        begins = number(time) if separator else 0.0
+        if begins < 0.0:
+            raise ConfigError(f'the time must be at least 0 s, got {time}')
+        return Fault(begins, *failure(what))
+    except ConfigError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def by_surface(reader: Callable[[str], float]) -> Callable[[str], dict[str, float]]:
@@ -195,6 +236,17 @@ def folder(text: str) -> Path:
     return path
 
 
+def reference(text: str) -> tuple[float, float, float] | None:
+    """Return a point of the drawing [m], None for the centre of gravity."""
+    if text == 'cg':
+        return None
+    parts = text.split(',')
+    if len(parts) != 3:
+        raise argparse.ArgumentTypeError(f'expected cg or X,Y,Z, got {text!r}')
+    x, y, z = map(number, parts)
+    return x, y, z
+
+
 def wind(text: str) -> np.ndarray:
     """Return the velocity of the air (3,), east, north and up [m/s]."""
     parts = [number(part) for part in text.split(',')]
@@ -204,3 +256,22 @@ def wind(text: str) -> np.ndarray:
         if complaint := refused(part, _WIND):
             raise argparse.ArgumentTypeError(f'each {complaint}')
     return np.array(parts)
+
+
+def turbulence(text: str) -> str | float:
+    """Return a level of turbulence by its name, or its vertical root mean square [m/s]."""
+    if text in _SEVERITIES:
+        return text
+    try:
+        return within(_INTENSITY)(text)
+    except argparse.ArgumentTypeError:
+        raise argparse.ArgumentTypeError(
+            f'expected {", ".join(_SEVERITIES)} or 0 to 100 m/s, got {text!r}') from None
+
+
+def gust(text: str) -> tuple[np.ndarray, float, float]:
+    """Return velocity (3,) east, north, up [m/s], length [m] and begin [m] of a gust."""
+    parts = text.split(':')
+    if len(parts) != 3:
+        raise argparse.ArgumentTypeError(f'expected E,N,U:LENGTH:BEGIN, got {text!r}')
+    return wind(parts[0]), positive(parts[1]), number(parts[2])

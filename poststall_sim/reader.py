@@ -149,6 +149,11 @@ class Reader:
         """Return the keys of a mapping whose keys are names of the user's choice."""
         return [self.where.name(key) for key in self._mapping]
 
+    def has(self, key: str) -> bool:
+        """Tell whether a key that may be left out is there."""
+        self._get(key, None)
+        return key in self._mapping
+
     def value(self, key: str, *, default: Any = _REQUIRED) -> Any:
         """Return whatever stands there, for who checks it."""
         return self._get(key, default)
@@ -169,9 +174,9 @@ class Reader:
                 f'must be a whole number from 1 to {at_most}, got {shown(value)}')
         return value
 
-    def boolean(self, key: str) -> bool:
+    def boolean(self, key: str, *, default: bool = _REQUIRED) -> bool:
         """Return true or false."""
-        value = self._get(key)
+        value = self._get(key, default)
         if not isinstance(value, bool):
             raise self.where.key(key).error(f'must be true or false, got {shown(value)}')
         return value
@@ -197,6 +202,16 @@ class Reader:
                **limits: Any) -> tuple[float, ...]:
         """Return a list of so many numbers, each within the limits."""
         return self.where.key(key).vector(self._get(key, default), length, **limits)
+
+    def numbers(self, key: str, *, default: list[float] = _REQUIRED) -> tuple[float, ...]:
+        """Return a list of numbers, as many as there are."""
+        return tuple(self.where.key(key).item(i).number(item)
+                     for i, item in enumerate(self._list(key, default)))
+
+    def rows(self, key: str, length: int) -> list[tuple[float, ...]]:
+        """Return a list of lists of so many finite numbers each."""
+        return [self.where.key(key).item(index).vector(row, length)
+                for index, row in enumerate(self._list(key))]
 
     def points(self, key: str, *, within: tuple[float, float]) -> list[tuple[float, float]]:
         """Return a list of [time, value], times from 0 on and values within the limits."""

@@ -203,7 +203,7 @@ class FlightRecorder:
         self._views.follow(self._flight)
         due = self._schedule.due(snapshot.time_ns)
         for topic in due:
-            if topic is not topics.JOINT_STATES or self._layout.command_names:
+            if topic.shown_by(self._layout):
                 self._write(topic, snapshot)
         if commands and any(topic.rate is topics.Rate.STATE for topic in due):
             self._recorder.write(inlets.PILOT, topics.joint_fields(

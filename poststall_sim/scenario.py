@@ -7,6 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from poststall_sim.aircraft import ConfigError
+from poststall_sim.atmosphere import STANDARD, Atmosphere
+from poststall_sim.failures import Failure
+from poststall_sim.weather import CALM, Weather
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,14 +40,30 @@ class Channel:
 
 
 @dataclass(frozen=True, slots=True)
+class Fault:
+    """What fails at a time [s], by the name of a movable part or of a control, and how."""
+
+    time: float
+    name: str
+    failure: Failure
+
+
+@dataclass(frozen=True, slots=True)
 class Scenario:
-    """A named flight: its length [s], where it starts, and the channels the pilot moves."""
+    """
+    A named flight: its length [s], where it starts, what the pilot moves, in which air.
+
+    faults : what fails in it, and when; a later one of the same name takes an earlier one's place.
+    """
 
     name: str
     duration: float
     airspeed: float
     altitude: float
     channels: tuple[Channel, ...] = ()
+    atmosphere: Atmosphere = STANDARD
+    weather: Weather = CALM
+    faults: tuple[Fault, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse a flight that takes no time or goes nowhere."""
@@ -54,6 +73,12 @@ class Scenario:
         names = [channel.control for channel in self.channels]
         if len(set(names)) < len(names):
             raise ConfigError(f'scenario {self.name}: two channels move one control, {names}')
+
+    def failures(self, time: float) -> dict[str, Failure]:
+        """Return what has failed by a time [s], by name."""
+        return {fault.name: fault.failure
+                for fault in sorted(self.faults, key=lambda each: each.time)
+                if fault.time <= time + 1e-9}
 
     def commands(self, time: float, trim: dict[str, float]) -> dict[str, float]:
         """

@@ -5,7 +5,7 @@
 import numpy as np
 
 from poststall_sim.aircraft import Aircraft, Surface
-from poststall_sim.controls import Effector
+from poststall_sim.controls import Movable
 from poststall_sim.frames import FloatArray, control_sign, geometry_to_body, swap_body_flu
 
 Polygons = list[FloatArray]
@@ -33,14 +33,11 @@ def fuselage(aircraft: Aircraft) -> Polygons:
     return _placed(aircraft, _fuselage(front - 0.9 * chord, rear, 0.32 * chord, level))
 
 
-def controls(aircraft: Aircraft, deflections: FloatArray) -> Polygons:
-    """Return what the controls move, turned about its hinges by their deflections [rad]."""
+def movables(aircraft: Aircraft, angles: FloatArray) -> Polygons:
+    """Return the movable parts, turned about their hinges by their angles (k,) [rad]."""
     surfaces = {surface.name: surface for surface in aircraft.surfaces}
-    found = [
-        polygon for control, deflection in zip(aircraft.controls, deflections)
-        for effector in control.effectors
-        for polygon in _turned(surfaces[effector.surface], effector,
-                               float(deflection) * effector.gain)]
+    found = [polygon for part, angle in zip(aircraft.movables, angles)
+             for polygon in _turned(surfaces[part.surface], part, float(angle))]
     return _placed(aircraft, found)
 
 
@@ -88,31 +85,30 @@ def _panels(surface: Surface) -> Polygons:
     return half + [panel * MIRROR for panel in half] if surface.symmetric else half
 
 
-def _turned(surface: Surface, effector: Effector, deflection: float) -> Polygons:
-    """Return the part of a surface that an effector moves, each panel of it twice (4, 3)."""
+def _turned(surface: Surface, part: Movable, angle: float) -> Polygons:
+    """Return a movable part of a surface, each panel of it twice (4, 3)."""
     leading, trailing = _edges(surface)
     steps = np.linalg.norm(np.diff(leading[:, 1:], axis=0), axis=1)
     share = np.concatenate([[0.0], np.cumsum(steps)]) / steps.sum()
-    low, high = effector.span
+    low, high = part.span
     cuts = np.array([low, *share[(share > low) & (share < high)], high])
     front, rear = (np.column_stack([np.interp(cuts, share, edge[:, k]) for k in range(3)])
                    for edge in (leading, trailing))
-    hinge = front + effector.hinge * (rear - front)
-    sides = [1.0] if effector.side > 0 else [-1.0] if effector.side < 0 else [1.0, -1.0]
+    hinge = front + part.hinge * (rear - front)
+    mirror = MIRROR if part.side < 0 else 1.0
+    axis, edge = hinge * mirror, rear * mirror
     found = []
-    for side in sides if surface.symmetric else [1.0]:
-        axis, edge = (points * (MIRROR if side < 0.0 else 1.0) for points in (hinge, rear))
-        for i in range(len(cuts) - 1):
-            chord = edge[i:i + 2] - axis[i:i + 2]
-            normal = np.cross(chord[0], axis[i + 1] - axis[i])
-            normal /= np.linalg.norm(normal)
-            # Positive is trailing edge down, or left on a vertical surface.
-            down = -control_sign(normal) * normal
-            length = np.linalg.norm(chord, axis=1)[:, None]
-            moved = axis[i:i + 2] + np.cos(deflection) * chord + np.sin(deflection) * length * down
-            quad = np.stack([axis[i], axis[i + 1], moved[1], moved[0]])
-            found += [quad + FLAP_LIFT * length[0] / (1.0 - effector.hinge) * sign * normal
-                      for sign in (1.0, -1.0)]
+    for i in range(len(cuts) - 1):
+        chord = edge[i:i + 2] - axis[i:i + 2]
+        normal = np.cross(chord[0], axis[i + 1] - axis[i])
+        normal /= np.linalg.norm(normal)
+        # Positive is trailing edge down, or left on a vertical surface.
+        down = -control_sign(normal) * normal
+        length = np.linalg.norm(chord, axis=1)[:, None]
+        moved = axis[i:i + 2] + np.cos(angle) * chord + np.sin(angle) * length * down
+        quad = np.stack([axis[i], axis[i + 1], moved[1], moved[0]])
+        found += [quad + FLAP_LIFT * length[0] / (1.0 - part.hinge) * sign * normal
+                  for sign in (1.0, -1.0)]
     return found
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from poststall_sim.aircraft import read_only
+from poststall_sim.atmosphere import Air
 from poststall_sim.frames import GRAVITY, FloatArray, rotation
 
 
@@ -60,6 +61,44 @@ class Controls:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class EngineState:
+    """
+    What engines remember, each array (k,) in the order of ``aircraft.engines``.
+
+    speed : of the propellers' shafts [rad/s], 0 where there is none; charge : of the batteries,
+    from 1, full, to 0, empty; 1 where there is none.
+    """
+
+    speed: FloatArray
+    charge: FloatArray
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        for key in ('speed', 'charge'):
+            object.__setattr__(self, key, read_only(getattr(self, key)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EngineReadings:
+    """
+    What engines do at an instant, each array (k,) in the order of ``aircraft.engines``.
+
+    speed, charge : see `EngineState`; axial : airspeed along the thrust [m/s]; thrust [N];
+    torque : of the air against the propeller's turning [N m]; voltage and current : of the
+    battery at its clamps [V, A], 0 where there is none; failed : 1 where it has failed, else 0.
+    """
+
+    speed: FloatArray
+    charge: FloatArray
+    axial: FloatArray
+    thrust: FloatArray
+    torque: FloatArray
+    voltage: FloatArray
+    current: FloatArray
+    failed: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Strips:
     """
     Operating points of all strips, each array (n,), in the lattice's order.
@@ -84,19 +123,26 @@ class Snapshot:
     """
     One instant of a flight, everything that can be shown or published.
 
-    control_rates : how fast the controls went there in the step before [rad/s; throttle 1/s];
+    controls : as they stand; control_rates : how fast they went there in the step before [rad/s;
+    throttle 1/s]; commanded : what they were told, within their limits; angles (k,) of the
+    movable parts [rad] and angle_rates, likewise [rad/s];
     force_B, moment_B : aerodynamic, about the centre of gravity, added mass included [N, N m];
-    thrust_B, thrust_moment_B : of the engines; velocity_air_B : through the air [m/s];
+    thrust_B, thrust_moment_B : of the engines, with the torque on their mounts and the moment of
+    turning shafts that are turned; engines : each by itself; velocity_air_B : through the air
+    [m/s];
     acceleration_B : d(velocity)/dt seen from N, in B, gravity included [m/s^2];
     rate_change_B [rad/s^2]; load_factor : lift-wise specific force over g, 1 in level flight;
-    wind_N : velocity of the air, where it blows to [m/s]; iterations, max_residual and status
-    of the decambering.
+    wind_N : velocity of the air at the centre of gravity, where it blows to [m/s]; air : what it
+    is there; iterations, max_residual and status of the decambering.
     """
 
     time_ns: int
     body: BodyState
     controls: Controls
     control_rates: Controls
+    commanded: Controls
+    angles: FloatArray
+    angle_rates: FloatArray
     velocity_air_B: FloatArray
     airspeed: float
     alpha: float
@@ -108,8 +154,9 @@ class Snapshot:
     moment_B: FloatArray
     thrust_B: FloatArray
     thrust_moment_B: FloatArray
+    engines: EngineReadings
     wind_N: FloatArray
-    density: float
+    air: Air
     strips: Strips
     iterations: int
     max_residual: float
@@ -119,6 +166,16 @@ class Snapshot:
     def time(self) -> float:
         """Simulated time [s]."""
         return self.time_ns * 1e-9
+
+    @property
+    def density(self) -> float:
+        """Density of the air [kg/m^3]."""
+        return self.air.density
+
+    @property
+    def mach(self) -> float:
+        """Mach number [-]."""
+        return self.airspeed / self.air.speed_of_sound
 
     @property
     def specific_force_B(self) -> FloatArray:

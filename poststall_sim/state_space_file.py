@@ -40,7 +40,7 @@ AXES = ('body axes B: x forward, y right, z down, at the centre of gravity; Eule
 
 _UNITS = {
     **dict.fromkeys(('u', 'v', 'w', 'gust_u', 'gust_v', 'gust_w'), 'm/s'),
-    **dict.fromkeys(('p', 'q', 'r'), 'rad/s'),
+    **dict.fromkeys(('p', 'q', 'r', 'shaft'), 'rad/s'),
     **dict.fromkeys(('phi', 'theta', 'psi', 'decambering'), 'rad'),
     **dict.fromkeys(reduction.LOADS[:3], 'N'), **dict.fromkeys(reduction.LOADS[3:], 'N m'),
     **dict.fromkeys((f'shift_{axis}' for axis in 'xyz'), 'm'),
@@ -91,7 +91,8 @@ def export(path: Path, model: Model, at: Linearised, *, decambering: Decambering
         'inputs': space.inputs, 'input_units': _units(space.inputs, model.aircraft.control_names),
         'outputs': space.outputs, 'output_units': _units(space.outputs),
         'trim_airspeed': trim.airspeed, 'trim_alpha': trim.alpha, 'trim_altitude': altitude,
-        'trim_climb_angle': trim.climb_angle, 'trim_velocity_B': trim.velocity_B,
+        'trim_climb_angle': trim.climb_angle, 'trim_bank': trim.bank,
+        'trim_velocity_B': trim.velocity_B,
         'trim_throttle': trim.controls.throttle, 'trim_deflections': trim.controls.deflections,
         'aircraft': model.aircraft.name, 'decambering': decambering.value,
         **dict(zip(('order', 'error', 'frequency'), of_air)),

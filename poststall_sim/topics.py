@@ -9,13 +9,14 @@ made from `PUBLISHED`; what the simulator hears stands in `inlets`, what a topic
 """
 
 import enum
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from poststall_sim import fields, frames
+from poststall_sim.engines import ElectricMotor, Propeller
 from poststall_sim.fields import (
     THROTTLE,
     Fields,
@@ -38,6 +39,7 @@ class Rate(enum.Enum):
     STATE = ('rates.state', 50.0, SIMULATED)
     STRIPS = ('rates.strips', 20.0, SIMULATED)
     WIND = ('rates.wind', 5.0, SIMULATED)
+    BATTERY = ('rates.battery', 5.0, SIMULATED)
     TF = ('rates.tf', 50.0, SIMULATED)
     VIEWS = ('rates.views', 5.0, SIMULATED)
     PATH = ('rates.path', 1.0, SIMULATED)
@@ -75,13 +77,21 @@ def layout(flight, *, map_frame: str = 'map', base_frame: str = 'base_link') -> 
     arm_G = lattice.quarter_chord - np.array(aircraft.mass.cg_G)
     return Layout(
         control_names=tuple(aircraft.control_names),
+        movable_names=tuple(part.name for part in aircraft.movables),
         engines=bool(aircraft.engines),
         strip_names=tuple(lattice.strip_names),
         strip_place=frames.swap_body_flu(frames.geometry_to_body(arm_G)),
         strip_chord=np.array(lattice.strip_chord, dtype=np.float64),
         strip_cl_max=lattice.greatest_lift,
         limits=tuple(control.limits for control in aircraft.controls),
-        map_frame=map_frame, base_frame=base_frame)
+        map_frame=map_frame, base_frame=base_frame,
+        battery_capacity=sum(
+            engine.drive.battery.capacity for engine in aircraft.engines
+            if isinstance(engine, Propeller) and isinstance(engine.drive, ElectricMotor)) / 3600.0)
+
+
+def _always(layout: Layout) -> bool:
+    return True
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +102,8 @@ class Topic:
     name : relative to the node's namespace unless it starts with a slash; type : ROS name of
     the message; fields : snapshot and layout to plain fields, None where they take more than a
     snapshot (see `diagnostics_fields`, `views`, `instruments`); bulk : of so many elements that
-    it is written as bytes (see `cdr`) and not filled into a message.
+    it is written as bytes (see `cdr`) and not filled into a message; shown_by : whether an
+    aircraft of a layout has what it shows; common : most of them have.
     """
 
     name: str
@@ -102,11 +113,18 @@ class Topic:
     fields: Making | None = None
     qos: Qos = Qos()
     bulk: bool = False
+    shown_by: Callable[[Layout], bool] = _always
+    common: bool = True
+
+    @property
+    def everywhere(self) -> bool:
+        """Tell whether any aircraft has what it shows."""
+        return self.shown_by is _always
 
     @property
     def by_default(self) -> bool:
-        """Tell whether it is published unless a parameter says otherwise."""
-        return self.rate is Rate.ONCE or self.rate.default > 0.0
+        """Tell whether it is published, of most aircraft, unless a parameter says otherwise."""
+        return self.common and (self.rate is Rate.ONCE or self.rate.default > 0.0)
 
 
 class Level(enum.IntEnum):
@@ -202,7 +220,27 @@ JOINT_STATES = Topic(
     f'actual deflections by name [rad], {THROTTLE} 0..1; velocity their rates [1/s]; effort is 0 '
     '(not computed)',
     lambda s, layout: joint_fields(s.time_ns, command_values(s.controls, layout),
-                                   command_values(s.control_rates, layout)))
+                                   command_values(s.control_rates, layout)),
+    shown_by=lambda layout: bool(layout.command_names))   # else its arrays would be empty
+JOINT_TARGETS = Topic(
+    'joint_targets', 'sensor_msgs/msg/JointState', Rate.STATE,
+    'what the controls are told, within their limits, by the names of joint_states [rad]; '
+    'velocity and effort are 0',
+    lambda s, layout: joint_fields(s.time_ns, command_values(s.commanded, layout)),
+    shown_by=lambda layout: bool(layout.command_names))
+SURFACE_STATES = Topic(
+    'surface_states', 'sensor_msgs/msg/JointState', Rate.STATE,
+    'angles of the movable parts by name, trailing edge down (left) positive [rad], with what has '
+    'failed; velocity their rates [rad/s]; effort is 0',
+    lambda s, layout: joint_fields(
+        s.time_ns, dict(zip(layout.movable_names, s.angles.tolist())),
+        dict(zip(layout.movable_names, s.angle_rates.tolist()))),
+    shown_by=lambda layout: bool(layout.movable_names))
+BATTERY = Topic(
+    'battery', 'sensor_msgs/msg/BatteryState', Rate.BATTERY,
+    'of electric engines: current of all batteries, charge and voltage of the least full, '
+    'capacity [A, 0..1, V, A h]', fields.battery,
+    shown_by=lambda layout: layout.battery_capacity > 0.0, common=False)
 DIAGNOSTICS = Topic('/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', Rate.DIAGNOSTICS,
                     'real-time factor, lag, solver, commands: how the simulator does')
 MARKERS = Topic(
@@ -250,7 +288,8 @@ PUBLISHED: tuple[Topic, ...] = (
           'gravity and thrust [N, N m]',
           fields.pair('wrench', 'force', 'torque', lambda s: (s.force_B, s.moment_B))),
     Topic('wrench/propulsion', 'geometry_msgs/msg/WrenchStamped', Rate.STATE,
-          'thrust and its moment about the centre of gravity, in base_link [N, N m]',
+          'what the engines do: force, and moment about the centre of gravity with torque and '
+          'gyroscopic moment, in base_link [N, N m]',
           fields.pair('wrench', 'force', 'torque', lambda s: (s.thrust_B, s.thrust_moment_B))),
     AIRSPEED,
     Topic('air_data/alpha', _FLOAT, Rate.STATE, 'angle of attack [rad]', fields.number('alpha')),
@@ -259,8 +298,12 @@ PUBLISHED: tuple[Topic, ...] = (
     Topic('air_data/load_factor', _FLOAT, Rate.STATE, 'load factor, 1 in level flight [-]',
           fields.number('load_factor')),
     JOINT_STATES,
+    BATTERY,
+    JOINT_TARGETS,
+    SURFACE_STATES,
     Topic('wind/applied', 'geometry_msgs/msg/Vector3Stamped', Rate.WIND,
-          'velocity of the air in map, where it blows TO [m/s]', fields.wind),
+          'velocity of the air in map at base_link, gusts and turbulence included, where it blows '
+          'TO [m/s]', fields.wind),
     Topic('strip_cl', _ARRAY, Rate.STRIPS, 'section lift coefficients [-]', fields.strips('cl')),
     Topic('strip_alpha', _ARRAY, Rate.STRIPS,
           'angles of attack at which the sections work [rad]', fields.strips('alpha')),

@@ -4,37 +4,48 @@
 Straight trimmed flight at an airspeed or at an angle of attack, powered or gliding.
 
 The residual is the sum of forces and moments over weight (and weight times mean chord), from the
-same steady loads that the flight starts from.
+same steady loads that the flight starts from. Shafts stand in balance, batteries are full.
+
+Without propellers and with all engines at work, X, Z and M are balanced and the wings are level.
+Propellers turn the aircraft and a failed engine leaves the others to pull it round: then Y, L and
+N are balanced too, by bank, aileron and rudder, without sideslip. `manoeuvre` has the others.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq, root
 
+from poststall_sim import propulsion, slipstream
 from poststall_sim.aero import solver
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.atmosphere import Air, standard_air
+from poststall_sim.atmosphere import Air
+from poststall_sim.engines import Propeller
 from poststall_sim.frames import (
     GRAVITY,
     FloatArray,
     body_to_geometry,
     body_to_stability,
+    cross,
     geometry_to_body,
     quaternion_from_euler,
     rotation,
     velocity_from_flow_angles,
 )
-from poststall_sim.propulsion import thrust
+from poststall_sim.propulsion import Meeting, Push
 from poststall_sim.state import Controls, Status
 
 ACCEPTED = 1e-6
 """Largest residual of a trim, in weights and weights times mean chord."""
 PITCH_CONTROL = 'elevator'
 """The control that trims the pitching moment."""
+LATERAL_CONTROLS = ('aileron', 'rudder')
+"""The controls that trim rolling and yawing moments where there are any."""
+ALL_WORK: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,8 +55,8 @@ class Trim:
 
     airspeed [m/s]; alpha, climb_angle [rad]; controls; residual : X, Z over weight and M over
     weight times chord, (3,), or of all three axes, (6,), where sideways balances were asked for;
-    aero: the loads; status and message say whether it can be flown; beta, bank [rad]; turn_rate
-    of the heading, pull_rate of pitch beyond it [rad/s].
+    aero: the loads; push: what the engines do; status and message say whether it can be flown;
+    beta, bank [rad]; turn_rate of the heading, pull_rate of pitch beyond it [rad/s].
     """
 
     airspeed: float
@@ -53,19 +64,24 @@ class Trim:
     climb_angle: float
     controls: Controls
     residual: FloatArray
-    aero: AeroResult
+    aero: AeroResult | None
     status: Status
     message: str
     beta: float = 0.0
     bank: float = 0.0
     turn_rate: float = 0.0
     pull_rate: float = 0.0
+    push: Push | None = None
+
+    @property
+    def pitch(self) -> float:
+        """Pitch angle [rad]."""
+        return pitch_angle(self.alpha, self.beta, self.bank, self.climb_angle)
 
     @property
     def q_NB(self) -> FloatArray:
         """Attitude, heading north."""
-        pitch = pitch_angle(self.alpha, self.beta, self.bank, self.climb_angle)
-        return quaternion_from_euler(self.bank, pitch, 0.0)
+        return quaternion_from_euler(self.bank, self.pitch, 0.0)
 
     @property
     def velocity_B(self) -> FloatArray:
@@ -95,12 +111,77 @@ SPEED_LIMIT, SAME_SPEED = 30, 1e-9
 """How often a glide's airspeed is put into its Reynolds numbers, and when that is enough."""
 TIGHT = 1e-9
 """Residual of the closure in a search: what it leaves must not pass for a change of balance."""
+_LENGTHWAYS = [0, 2, 4]
+"""X, Z and M among the six balances."""
+_SAMPLES = np.linspace(0.05, 1.0, 20)
+"""Throttles among which a search with propellers looks for where to begin."""
 
 
 def tight(model: Model) -> Model:
     """Return the model with its closure solved as closely as a balance of `ACCEPTED` asks."""
     settings = replace(model.settings, tolerance=min(TIGHT, model.settings.tolerance))
     return replace(model, settings=settings)
+
+
+def pushed(model: Model, trial: Trim, density: float, failed: frozenset[str]) -> Push:
+    """Return what the engines do in a flight, their shafts in balance and their batteries full."""
+    aircraft = model.aircraft
+    meeting = Meeting(trial.velocity_B, trial.rates_B, density,
+                      propulsion.throttles(aircraft, trial.controls.throttle, failed))
+    return propulsion.balanced(aircraft, meeting, failed)
+
+
+def in_air(model: Model, trial: Trim, air: Air, delta0: FloatArray | None) -> Trim:
+    """Return a flight with the loads of the air, the slipstream of its push in it."""
+    streams = [] if trial.push is None else slipstream.streams(
+        model.aircraft, model.lattice, trial.push.readings, air.density)
+    onset = Onset(body_to_geometry(-trial.velocity_B), body_to_geometry(trial.rates_B),
+                  slipstream.blown(streams))
+    flown = model.at(trial.airspeed, air.kinematic_viscosity, trial.controls.deflections)
+    return replace(trial, aero=solver.steady(
+        flown, onset, trial.controls.deflections, density=air.density, delta0=delta0))
+
+
+def balance(model: Model, found: Trim) -> tuple[FloatArray, float]:
+    """
+    Return what is left of the six balances of a flight with push and air, and the side force felt.
+
+    Forces over weight, moments over weight times chord, in B about the centre of gravity.
+    """
+    mass = model.aircraft.mass
+    weight = mass.mass * GRAVITY
+    felt = geometry_to_body(found.aero.force_G) + found.push.force_B
+    rates = found.rates_B
+    force = felt + weight * rotation(found.q_NB)[2] \
+        - mass.mass * cross(rates, found.velocity_B)
+    moment = geometry_to_body(found.aero.moment_G) + found.push.moment_B \
+        - cross(rates, mass.inertia_B @ rates)
+    return np.concatenate([force, moment / model.aircraft.reference.chord]) / weight, \
+        float(felt[1]) / weight
+
+
+def first_throttle(model: Model, airspeed: float, density: float, failed: frozenset[str],
+                   otherwise: float = 0.3) -> float:
+    """
+    Return the throttle at which a search begins, without propellers one given.
+
+    A propeller that is turned by the air answers to no throttle: with those, the least that pulls
+    with a twelfth of the weight, as much as the drag of many an aircraft.
+    """
+    if not _propellers(model):
+        return otherwise
+    aircraft, ahead = model.aircraft, np.array([airspeed, 0.0, 0.0])
+    wanted = aircraft.mass.mass * GRAVITY / 12.0
+    for throttle in map(float, _SAMPLES):
+        meeting = Meeting(ahead, np.zeros(3), density,
+                          propulsion.throttles(aircraft, throttle, failed))
+        if propulsion.balanced(aircraft, meeting, failed).force_B[0] > wanted:
+            return throttle
+    return 1.0
+
+
+def _propellers(model: Model) -> bool:
+    return any(isinstance(engine, Propeller) for engine in model.aircraft.engines)
 
 
 def _elevator(model: Model) -> int:
@@ -111,83 +192,115 @@ def _elevator(model: Model) -> int:
     return names.index(PITCH_CONTROL)
 
 
-def _loads(model: Model, airspeed: float, alpha: float, elevator: float, air: Air,
-           delta0: FloatArray | None, curves_at: float | None = None) -> AeroResult:
-    """Return steady loads; curves_at : the airspeed of the section curves, if it is another."""
-    deflections = np.zeros(len(model.aircraft.controls))
-    deflections[_elevator(model)] = elevator
-    onset = Onset(body_to_geometry(-velocity_from_flow_angles(airspeed, alpha, 0.0)), np.zeros(3))
-    flown = model.at(curves_at or airspeed, air.kinematic_viscosity, deflections)
-    return solver.steady(flown, onset, deflections, density=air.density, delta0=delta0)
+class _Search:
+    """The flights of a search, each from the decambering of the one before."""
 
+    def __init__(self, model: Model, air: Air, failed: frozenset[str],
+                 delta0: FloatArray | None) -> None:
+        names = model.aircraft.control_names
+        self.model = tight(model)
+        self.air, self.failed, self.delta = air, failed, delta0
+        able = all(name in names for name in LATERAL_CONTROLS)
+        self.lateral = (*LATERAL_CONTROLS, 'bank') \
+            if (failed or _propellers(model)) and able else ()
 
-def _finish(model: Model, airspeed: float, alpha: float, climb_angle: float, elevator: float,
-            throttle: float, aero: AeroResult) -> Trim:
-    """Return the trim with its residual, and whether controls and solver allow it."""
-    aircraft = model.aircraft
-    deflections = np.zeros(len(aircraft.controls))
-    deflections[_elevator(model)] = elevator
-    residual = _residual(model, airspeed, alpha, climb_angle, throttle, aero)
-    low, high = aircraft.controls[_elevator(model)].limits
-    message = 'trimmed'
-    if aero.status is not Status.CONVERGED:
-        message = f'the aerodynamics did not converge, residual {aero.max_residual:.1e}'
-    elif np.abs(residual).max() > ACCEPTED:
-        message = f'no balance found, residual {np.abs(residual).max():.1e} of the weight'
-        if elevator in (low, high):
-            message += f', with the elevator at its limit of {math.degrees(elevator):g} deg'
-    elif not low <= elevator <= high:
-        message = (f'the elevator would have to stand at {math.degrees(elevator):.1f} deg, its '
-                   f'limits are {math.degrees(low):g} and {math.degrees(high):g}')
-    elif not 0.0 <= throttle <= 1.0:
-        full = float(np.linalg.norm(
-            thrust(aircraft, velocity_from_flow_angles(airspeed, alpha, 0.0), 1.0)[0]))
-        message = (f'the throttle would have to stand at {throttle:.2f}, it goes from 0 to 1 '
-                   f'({full:.1f} N at full throttle and this airspeed)')
-    status = Status.CONVERGED if message == 'trimmed' else Status.NOT_CONVERGED
-    return Trim(airspeed, alpha, climb_angle, Controls(deflections, throttle), residual, aero,
-                status, message)
+    def trial(self, airspeed: float, alpha: float, climb_angle: float = 0.0) -> Trim:
+        """Return a flight with its controls at rest that nothing is known of yet."""
+        controls = Controls(np.zeros(len(self.model.aircraft.controls)))
+        return Trim(airspeed, alpha, climb_angle, controls, np.zeros(0), None,
+                    Status.NOT_CONVERGED, '')
 
+    def moved(self, trial: Trim, values: dict[str, float]) -> Trim:
+        """Return a flight with other values of its fields and controls, by name."""
+        names = self.model.aircraft.control_names
+        deflections, fields = trial.controls.deflections.copy(), dict(values)
+        for name in set(names) & set(values):
+            deflections[names.index(name)] = fields.pop(name)
+        throttle = fields.pop('throttle', trial.controls.throttle)
+        return replace(trial, controls=Controls(deflections, throttle), **fields)
 
-def _residual(model: Model, airspeed: float, alpha: float, climb_angle: float, throttle: float,
-              aero: AeroResult) -> FloatArray:
-    aircraft = model.aircraft
-    weight = aircraft.mass.mass * GRAVITY
-    push, turn = thrust(aircraft, velocity_from_flow_angles(airspeed, alpha, 0.0), throttle)
-    gravity_B = rotation(quaternion_from_euler(0.0, alpha + climb_angle, 0.0)).T[:, 2] * weight
-    force = geometry_to_body(aero.force_G) + push + gravity_B
-    moment = geometry_to_body(aero.moment_G) + turn
-    return np.array([force[0] / weight, force[2] / weight,
-                     moment[1] / (weight * aircraft.reference.chord)])
+    def in_air(self, trial: Trim) -> Trim:
+        """Return a flight with the loads of the air."""
+        found = in_air(self.model, trial, self.air, self.delta)
+        self.delta = found.aero.strips.delta
+        return found
+
+    def flown(self, trial: Trim) -> Trim:
+        """Return a flight with its engines, loads and residual."""
+        push = pushed(self.model, trial, self.air.density, self.failed)
+        found = self.in_air(replace(trial, push=push))
+        residual, _ = balance(self.model, found)
+        return replace(found, residual=residual if self.lateral else residual[_LENGTHWAYS])
+
+    def elevator(self, trial: Trim) -> float:
+        """Return what balances the pitching moment of the air, or the limit that is nearer."""
+        low, high = self.model.aircraft.controls[_elevator(self.model)].limits
+        return _crossing(lambda x: float(geometry_to_body(self.in_air(
+            self.moved(trial, {PITCH_CONTROL: x})).aero.moment_G)[1]), low, high)
+
+    def balanced(self, trial: Trim, free: dict[str, float], airspeed: float = 1.0) -> Trim:
+        """
+        Return the trim that some fields and controls find, from where they are to start.
+
+        airspeed : what a unit of an unknown airspeed stands for [m/s].
+        """
+        start = {**free, **dict.fromkeys(self.lateral, 0.0)}
+        units = np.array([airspeed if name == 'airspeed' else 1.0 for name in start])
+
+        def at(unknown: FloatArray) -> Trim:
+            return self.moved(trial, dict(zip(start, (unknown * units).tolist())))
+
+        found = root(lambda unknown: self.flown(at(unknown)).residual,
+                     np.array(list(start.values())), method='hybr', tol=1e-12)
+        return self.judged(self.flown(at(found.x)))
+
+    def judged(self, found: Trim) -> Trim:
+        """Return a flight with whether controls and solver allow it."""
+        complaint = self._complaint(found)
+        return replace(found, message=complaint or 'trimmed',
+                       status=Status.NOT_CONVERGED if complaint else Status.CONVERGED)
+
+    def _complaint(self, found: Trim) -> str:
+        if found.aero.status is not Status.CONVERGED:
+            return f'the aerodynamics did not converge, residual {found.aero.max_residual:.1e}'
+        at_limit, beyond = '', ''
+        for name in (PITCH_CONTROL, *self.lateral[:-1]):
+            i = self.model.aircraft.control_names.index(name)
+            low, high = self.model.aircraft.controls[i].limits
+            value = float(found.controls.deflections[i])
+            if value in (low, high):
+                at_limit += f', with the {name} at its limit of {math.degrees(value):g} deg'
+            elif not low <= value <= high and not beyond:
+                beyond = (f'the {name} would have to stand at {math.degrees(value):.1f} deg, its '
+                          f'limits are {math.degrees(low):g} and {math.degrees(high):g}')
+        worst, throttle = np.abs(found.residual).max(), found.controls.throttle
+        if worst > ACCEPTED:
+            return f'no balance found, residual {worst:.1e} of the weight' + at_limit
+        if not beyond and not 0.0 <= throttle <= 1.0:
+            full = pushed(self.model, self.moved(found, {'throttle': 1.0}), self.air.density,
+                          self.failed).force_B
+            return (f'the throttle would have to stand at {throttle:.2f}, it goes from 0 to 1 '
+                    f'({np.linalg.norm(full):.1f} N at full throttle and this airspeed)')
+        return beyond
 
 
 def straight(model: Model, *, airspeed: float, altitude: float, climb_angle: float = 0.0,
-             alpha0: float = math.radians(4.0)) -> Trim:
+             alpha0: float = math.radians(4.0), failed: frozenset[str] = ALL_WORK) -> Trim:
     """
     Return the trim at an airspeed [m/s]: powered along a climb angle [rad], or gliding.
 
-    Elevator and throttle balance an aircraft with engines; without, elevator and climb angle do.
-    alpha0 [rad] is where the search starts: it chooses the branch where there are several.
+    Elevator and throttle balance an aircraft with engines; without, or with all of them failed,
+    elevator and climb angle do. alpha0 [rad] is where the search starts: it chooses the branch
+    where there are several; failed : names of engines that do not work.
     """
-    model, air = tight(model), standard_air(altitude)
-    engines = bool(model.aircraft.engines)
-    state = {'delta': None}
-
-    def flown(unknown: FloatArray) -> tuple[float, float, float, float]:
-        alpha, elevator, third = (float(x) for x in unknown)
-        return (alpha, elevator, climb_angle, third) if engines else (alpha, elevator, third, 0.0)
-
-    def imbalance(unknown: FloatArray) -> FloatArray:
-        alpha, elevator, climb, throttle = flown(unknown)
-        aero = _loads(model, airspeed, alpha, elevator, air, state['delta'])
-        state['aero'], state['delta'] = aero, aero.strips.delta
-        return _residual(model, airspeed, alpha, climb, throttle, aero)
-
-    start = np.array([alpha0, 0.0, 0.3 if engines else -0.1])
-    found = root(imbalance, start, method='hybr', tol=1e-12)
-    imbalance(found.x)
-    alpha, elevator, climb, throttle = flown(found.x)
-    return _finish(model, airspeed, alpha, climb, elevator, throttle, state['aero'])
+    _elevator(model)
+    search = _Search(model, model.atmosphere.at(altitude), failed, None)
+    trial = search.trial(airspeed, alpha0, climb_angle)
+    third = {'throttle': first_throttle(model, airspeed, search.air.density, failed)} \
+        if set(model.aircraft.engine_names) - failed else {'climb_angle': -0.1}
+    # From where the moments balance: far beyond its limits an elevator stalls, and does nothing.
+    return search.balanced(
+        trial, {'alpha': alpha0, PITCH_CONTROL: search.elevator(trial), **third})
 
 
 def glide(model: Model, *, alpha: float, altitude: float,
@@ -196,43 +309,44 @@ def glide(model: Model, *, alpha: float, altitude: float,
     Return the glide at an angle of attack [rad], without thrust.
 
     The elevator balances the pitching moment; then tan(climb_angle) = -CD / CL and the airspeed
-    follows from the weight. delta0 (n,) carries the decambering of a neighbouring alpha along.
+    follows from the weight. Propellers are idle, and the balance with what they brake is looked
+    for from there. delta0 (n,) carries the decambering of a neighbouring alpha along.
     """
-    model, air = tight(model), standard_air(altitude)
-    airspeed = 20.0
+    search, trial = _gliding(model, alpha, altitude, delta0)
+    if not _propellers(model):
+        return search.judged(search.flown(trial))
+    elevator = float(trial.controls.deflections[_elevator(model)])
+    return search.balanced(trial, {'airspeed': 1.0, PITCH_CONTROL: elevator,
+                                   'climb_angle': trial.climb_angle}, trial.airspeed)
+
+
+def _gliding(model: Model, alpha: float, altitude: float,
+             delta0: FloatArray | None) -> tuple[_Search, Trim]:
+    """Return the glide at an angle of attack [rad] without any engines."""
+    search = _Search(model, model.atmosphere.at(altitude), ALL_WORK, delta0)
+    weight = model.aircraft.mass.mass * GRAVITY
+    trial = search.trial(20.0, alpha)
     for _ in range(SPEED_LIMIT):
-        found = _glide(model, airspeed, alpha, air, delta0)
+        before = trial.airspeed
+        trial = search.moved(trial, {PITCH_CONTROL: search.elevator(trial)})
+        stability = body_to_stability(
+            geometry_to_body(search.in_air(trial).aero.force_G), alpha)
+        lift, drag = -float(stability[2]), -float(stability[0])
+        trial = replace(trial, climb_angle=-math.atan2(drag, lift),
+                        airspeed=before * math.sqrt(weight / math.hypot(lift, drag)))
         # Coefficients know nothing of the airspeed but the Reynolds number.
         if model.lattice.tables is None or \
-                abs(found.airspeed - airspeed) < SAME_SPEED * airspeed:
+                abs(trial.airspeed - before) < SAME_SPEED * before:
             break
-        airspeed, delta0 = found.airspeed, found.aero.strips.delta
-    return found
+    return search, trial
 
 
-def _glide(model: Model, trial_speed: float, alpha: float, air: Air,
-           delta0: FloatArray | None) -> Trim:
-    """Return the glide with the section curves of a trial speed [m/s], whatever the airspeed."""
-    weight = model.aircraft.mass.mass * GRAVITY
-    low, high = model.aircraft.controls[_elevator(model)].limits
-    state = {'delta': delta0}
-
-    def pitching(elevator: float) -> float:
-        aero = _loads(model, trial_speed, alpha, elevator, air, state['delta'])
-        state['aero'], state['delta'] = aero, aero.strips.delta
-        return float(geometry_to_body(aero.moment_G)[1])
-
-    at_low, at_high = pitching(low), pitching(high)
+def _crossing(moment: Callable[[float], float], low: float, high: float) -> float:
+    """Return where a moment is none, or the end at which it is less."""
+    at_low, at_high = moment(low), moment(high)
     if at_low * at_high > 0.0:
-        elevator = low if abs(at_low) < abs(at_high) else high
-    else:
-        elevator = brentq(pitching, low, high, xtol=1e-13)
-    pitching(elevator)
-    stability = body_to_stability(geometry_to_body(state['aero'].force_G), alpha)
-    lift, drag = -float(stability[2]), -float(stability[0])
-    airspeed = trial_speed * math.sqrt(weight / math.hypot(lift, drag))
-    aero = _loads(model, airspeed, alpha, elevator, air, state['delta'], trial_speed)
-    return _finish(model, airspeed, alpha, -math.atan2(drag, lift), elevator, 0.0, aero)
+        return low if abs(at_low) < abs(at_high) else high
+    return brentq(moment, low, high, xtol=1e-13)
 
 
 def powered(model: Model, *, alpha: float, altitude: float, climb_angle: float = 0.0,
@@ -245,20 +359,9 @@ def powered(model: Model, *, alpha: float, altitude: float, climb_angle: float =
     """
     if not model.aircraft.engines:
         raise ConfigError(f'{model.aircraft.name} has no engine to hold a climb angle with')
-    gliding = glide(model, alpha=alpha, altitude=altitude, delta0=delta0)
-    model, air = tight(model), standard_air(altitude)
-    elevator0 = float(gliding.controls.deflections[_elevator(model)])
-    state = {'delta': gliding.aero.strips.delta}
-
-    def imbalance(unknown: FloatArray) -> FloatArray:
-        share, elevator, throttle = (float(x) for x in unknown)
-        airspeed = gliding.airspeed * share
-        aero = _loads(model, airspeed, alpha, elevator, air, state['delta'])
-        state['aero'], state['delta'] = aero, aero.strips.delta
-        return _residual(model, airspeed, alpha, climb_angle, throttle, aero)
-
-    found = root(imbalance, np.array([1.0, elevator0, 0.5]), method='hybr', tol=1e-12)
-    imbalance(found.x)
-    share, elevator, throttle = (float(x) for x in found.x)
-    return _finish(model, gliding.airspeed * share, alpha, climb_angle, elevator, throttle,
-                   state['aero'])
+    search, trial = _gliding(model, alpha, altitude, delta0)
+    elevator = float(trial.controls.deflections[_elevator(model)])
+    throttle = first_throttle(model, trial.airspeed, search.air.density, ALL_WORK, otherwise=0.5)
+    return search.balanced(
+        replace(trial, climb_angle=climb_angle),
+        {'airspeed': 1.0, PITCH_CONTROL: elevator, 'throttle': throttle}, trial.airspeed)

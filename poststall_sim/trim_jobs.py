@@ -16,7 +16,6 @@ from poststall_sim import jobs, manoeuvre
 from poststall_sim import polar as polars
 from poststall_sim import trim as trims
 from poststall_sim.aero.model import Model
-from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import GRAVITY
 from poststall_sim.jobs import Result
 from poststall_sim.manoeuvre import Task
@@ -34,24 +33,26 @@ def explained(message: str) -> str:
 
 
 def straight_trims(model: Model, airspeeds: Sequence[float], *, altitude: float,
-                   climb_angle: float) -> Iterator[Result]:
+                   climb_angle: float, failed: frozenset[str] = trims.ALL_WORK,
+                   ) -> Iterator[Result]:
     """
     Yield the trim at each airspeed [m/s], each searched from the angle of the one before.
 
-    Without an engine they are glides, and climb_angle [rad] is found instead of given.
+    Without an engine that works they are glides, and climb_angle [rad] is found instead of given;
+    failed : names of those that do not.
     """
     alpha0 = math.radians(4.0)
     for airspeed in airspeeds:
         found = trims.straight(model, airspeed=airspeed, altitude=altitude,
-                               climb_angle=climb_angle, alpha0=alpha0)
+                               climb_angle=climb_angle, alpha0=alpha0, failed=failed)
         if found.status is Status.CONVERGED:
             alpha0 = found.alpha
-        row = trim_result(model, found, _kind(model), altitude)
+        row = trim_result(model, found, _kind(model, failed), altitude)
         yield {**row, 'message': explained(row['message'])}
 
 
-def _kind(model: Model) -> str:
-    return 'powered' if model.aircraft.engines else 'glide'
+def _kind(model: Model, failed: frozenset[str] = trims.ALL_WORK) -> str:
+    return 'powered' if set(model.aircraft.engine_names) - failed else 'glide'
 
 
 def along_alpha(model: Model, alphas: Sequence[float], *, altitude: float,
@@ -96,7 +97,7 @@ def all_trims(model: Model, airspeed: float, *, altitude: float, climb_angle: fl
 
 def trim_result(model: Model, found: Trim, kind: str, altitude: float) -> Result:
     """Return a trim; kind : `powered` or `glide` if it is straight, else `steady`."""
-    density = standard_air(altitude).density
+    density = model.atmosphere.at(altitude).density
     controls = {f'{name}_deg': math.degrees(value) for name, value in
                 zip(model.aircraft.control_names, found.controls.deflections)}
     return {'kind': kind, 'trimmed': found.status is Status.CONVERGED, 'message': found.message,

@@ -13,6 +13,7 @@ import numpy as np
 from poststall_sim import fields, silhouette, topics
 from poststall_sim.aero.model import Model
 from poststall_sim.aero.wake import Shape
+from poststall_sim.coupling import placement
 from poststall_sim.fields import Fields, Layout
 from poststall_sim.frames import (
     GRAVITY,
@@ -22,7 +23,7 @@ from poststall_sim.frames import (
     swap_body_flu,
     swap_ned_enu,
 )
-from poststall_sim.simulation import Flight, placement
+from poststall_sim.simulation import Flight
 from poststall_sim.state import Snapshot
 
 LINE_LIST, TRIANGLE_LIST = 5, 11
@@ -97,8 +98,8 @@ class Views:
         """Return a visualization_msgs/MarkerArray of the present state."""
         snapshot = flight.snapshot
         strips = strip_colours(snapshot, self._layout)
-        controls = silhouette.triangles(silhouette.controls(
-            self._model.aircraft, snapshot.controls.deflections))
+        controls = silhouette.triangles(
+            silhouette.movables(self._model.aircraft, snapshot.angles))
         drawn = [
             ('body', TRIANGLE_LIST, self._body, BODY),
             ('strips', TRIANGLE_LIST, self._strips, np.repeat(strips, 6, axis=0)),

@@ -77,6 +77,15 @@ class Recheck:
         far = far_normalwash(self.model.lattice, wake_direction(flow.onset.velocity_G))
         return self.model.bound + far @ self.model.te_rows
 
+    def looked_up(self, alpha, shift):
+        """Return where flaps make the curves be read: less and less off alpha past the stall."""
+        lattice = self.model.lattice
+        way = np.maximum(
+            (alpha + shift - lattice.stall_high) / (lattice.separated_high - lattice.stall_high),
+            (alpha + shift - lattice.stall_low) / (lattice.separated_low - lattice.stall_low))
+        way = np.clip(way, 0.0, 1.0)
+        return alpha + shift * (1.0 - 3.0 * way ** 2 + 2.0 * way ** 3)
+
     def __call__(self, flow, delta, matrix, form):
         """Return the residuals (n,) of the non-local and of the local closure."""
         lattice, onset = self.model.lattice, flow.onset
@@ -87,8 +96,8 @@ class Recheck:
 
         across = np.sum(air(lattice.collocation) * lattice.normal, axis=1)
         along = np.sum(air(lattice.collocation) * lattice.tangent, axis=1)
-        turn = flow.deflections @ lattice.flap_angle
-        shift = flow.deflections @ lattice.flap_shift
+        angles = self.model.aircraft.mixing @ flow.deflections
+        turn, shift = angles @ lattice.turn, angles @ lattice.shift
         theta = (delta - self.zero)[lattice.panel_strip] + turn
         if linear:
             wash = speed * lattice.tangent[:, 0] * (np.arctan2(across, along) + theta)
@@ -117,11 +126,11 @@ class Recheck:
         apart = wrapped(alpha - alpha[:, None])
         idle = wrapped(self.zero - shift - delta - alpha[:, None])
         mean = alpha + fade * ((self.mean * apart + self.beyond * idle) * fade).sum(axis=1)
-        curve = self.cl(wrapped(mean + shift)) / (2.0 * np.pi)
+        curve = self.cl(wrapped(self.looked_up(mean, shift))) / (2.0 * np.pi)
         potential = curve if linear else np.arcsin(curve)
         nonlocal_ = wrapped(delta - potential + mean - (self.zero - shift))
         local = 2.0 * strength / (effective * lattice.strip_chord) \
-            - self.cl(wrapped(alpha + shift))
+            - self.cl(wrapped(self.looked_up(alpha, shift)))
         return np.where(flowing, nonlocal_, 0.0), np.where(flowing, local, 0.0)
 
 

@@ -19,7 +19,7 @@ from poststall_sim.aircraft import (
     read_only,
 )
 from poststall_sim.controls import Control, Effector
-from poststall_sim.engines import Engine
+from poststall_sim.engines import LinearThrust
 
 ROOT = Section((0.0, 0.0, 0.0), 0.4, 'wing')
 TIP = Section((0.0, 1.5, 0.0), 0.3, 'wing')
@@ -84,9 +84,9 @@ def test_airfoils_that_are_no_curve(make, message):
      'low <= 0 <= high .* got 5.72958 to 28.6479 deg'),
     (lambda: Control('flap', (-20.0, 20.0), (Effector('wing'),)), r'within \+-90 deg'),
     (lambda: Control('flap', (-0.3, 0.3), ()), 'control flap: moves nothing'),
-    (lambda: Engine(-1.0, 20.0, CG), 'static_thrust must be above 0 N'),
-    (lambda: Engine(10.0, 0.0, CG), 'zero_thrust_airspeed must be above 0 m/s'),
-    (lambda: Engine(10.0, 20.0, CG, (1.0, 1.0, 0.0)), 'direction must be a unit vector'),
+    (lambda: LinearThrust(-1.0, 20.0, CG), 'static_thrust must be above 0 N'),
+    (lambda: LinearThrust(10.0, 0.0, CG), 'zero_thrust_airspeed must be above 0 m/s'),
+    (lambda: LinearThrust(10.0, 20.0, CG, (1.0, 1.0, 0.0)), 'direction must be a unit vector'),
     (lambda: Reference(0.0, 1.0, 1.0), r'reference area must be above 0 m\^2'),
     (lambda: Reference(1.0, math.nan, 1.0), 'reference chord must be above 0 m, got nan'),
 ])

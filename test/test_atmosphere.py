@@ -5,8 +5,11 @@
 import exact
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
-from poststall_sim.atmosphere import standard_air
+from poststall_sim.atmosphere import GAS_CONSTANT, Atmosphere, standard_air
+from poststall_sim.frames import GRAVITY
+from poststall_sim.records import ConfigError
 
 TABLE = [row for row in exact.ISA_TABLE_GEOMETRIC if row.altitude <= 20000.0]
 
@@ -56,3 +59,50 @@ def test_the_layers_meet_without_a_step():
 def test_outside_the_table_the_nearest_end_goes_on():
     assert standard_air(1e6) == standard_air(20000.0)
     assert standard_air(-1e6) == standard_air(-5000.0)
+
+
+@pytest.mark.parametrize('row', TABLE, ids=lambda row: f'{row.altitude:.0f} m')
+def test_speed_of_sound_against_the_table(row):
+    assert standard_air(row.altitude).speed_of_sound == pytest.approx(row.sound_speed, abs=0.01)
+
+
+@pytest.mark.parametrize('altitude', [0.0, 500.0, 11000.0, 19000.0])
+def test_a_hot_day_of_low_pressure_is_in_hydrostatic_balance(altitude):
+    """The weight of the air above 0 m is what the pressure falls by; density by the gas law."""
+    hot = Atmosphere(temperature_offset=25.0, sea_level_pressure=98000.0)
+    here = hot.at(altitude)
+    assert here.temperature == pytest.approx(standard_air(altitude).temperature + 25.0)
+    assert here.density == pytest.approx(here.pressure / (GAS_CONSTANT * here.temperature))
+
+    def weight(height):
+        """Of a metre of geometric height; gravity falls with it as in the table."""
+        return hot.at(height).density * GRAVITY * (6356766.0 / (6356766.0 + height)) ** 2
+
+    lost, _ = quad(weight, 0.0, altitude, points=[min(11019.0677, altitude)])
+    assert 98000.0 - here.pressure == pytest.approx(lost, rel=1e-7, abs=1e-6)
+
+
+def test_a_hot_day_at_sea_level_in_numbers():
+    """30 K above standard: 101325 / (287.053 x 318.15) = 1.1095 kg/m^3, sound at 357.6 m/s."""
+    hot = Atmosphere(temperature_offset=30.0).at(0.0)
+    assert hot.density == pytest.approx(1.1095, abs=5e-5)
+    assert hot.speed_of_sound == pytest.approx(357.57, abs=0.01)
+    assert Atmosphere(sea_level_pressure=1.02 * 101325.0).at(3000.0).density == pytest.approx(
+        1.02 * standard_air(3000.0).density)
+
+
+def test_one_density_at_every_altitude():
+    tunnel = Atmosphere(density=1.2)
+    assert tunnel.at(0.0).density == tunnel.at(9000.0).density == 1.2
+    assert tunnel.at(9000.0).pressure == standard_air(9000.0).pressure
+    assert tunnel.at(0.0).kinematic_viscosity == pytest.approx(
+        1.225 / 1.2 * standard_air(0.0).kinematic_viscosity, rel=1e-5)
+
+
+@pytest.mark.parametrize('wrong, what', [
+    ({'temperature_offset': 288.0}, 'temperature offset must be'),
+    ({'sea_level_pressure': 1013.25}, 'sea level pressure must be 50000 to 150000 Pa'),
+    ({'density': 0.0}, 'density must be'), ({'temperature_offset': float('nan')}, 'must be')])
+def test_air_that_nobody_flew_in_is_refused(wrong, what):
+    with pytest.raises(ConfigError, match=what):
+        Atmosphere(**wrong)

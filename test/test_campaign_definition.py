@@ -11,7 +11,6 @@ import pytest
 from scipy import stats
 
 from poststall_sim import autopilot_law, definition, jobs, simulation
-from poststall_sim.aero import model as models
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.campaign import case as records
 from poststall_sim.campaign import cases, compute, pilots, sampling
@@ -101,7 +100,8 @@ def test_a_scenario_whose_airspeed_the_campaign_sets_itself_may_not_vary_it(tmp_
 def test_values_reach_what_they_name(tmp_path):
     text = varied('{key: aircraft.surfaces.tail.incidence_deg, values: [0.0, -2.0]}\n'
                   '  - {key: aircraft.surfaces.wing.sections.1.chord_m, values: [0.4, 0.3]}\n'
-                  '  - {key: air.wind_up_m_s, values: [0.0, 2.0]}')
+                  '  - {key: air.wind_enu_m_s.2, values: [0.0, 2.0]}',
+                  'air: {wind_enu_m_s: [0, 0, 0]}\n')
     made = list(cases.Builder(campaign(tmp_path, text)).cases())
     last = made[-1]
     assert len(made) == 8
@@ -109,10 +109,20 @@ def test_values_reach_what_they_name(tmp_path):
     wing = next(each for each in last.aircraft.surfaces if each.name == 'wing')
     assert tail.sections[0].twist == pytest.approx(math.radians(-2.0))
     assert [section.chord for section in wing.sections] == [0.4, 0.3]
-    assert last.task.wind_N == (0.0, 0.0, -2.0)
+    assert last.task.weather.wind_N.tolist() == [0.0, 0.0, -2.0]
     first = made[0].aircraft   # and what they were set over stayed as it was
     assert first.surfaces == definition.aircraft(
         definition.find('aircraft', 'trainer')).surfaces
+
+
+def test_turbulence_is_another_one_in_each_case_and_its_own_seed_changes_nothing(tmp_path):
+    rough = 'air: {turbulence: {level: light}}\n'
+    made = list(cases.Builder(campaign(tmp_path, varied(
+        '{key: initial.alpha_deg, values: [2, 3, 4]}', rough))).cases())
+    assert len({case.task.weather.turbulence.seed for case in made}) == 3
+    with pytest.raises(ConfigError, match='air.turbulence.seed changes nothing'):
+        cases.check(campaign(tmp_path, varied(
+            '{key: air.turbulence.seed, values: [1, 2]}', rough)))
 
 
 def test_grids_are_crossed_and_each_of_their_points_has_the_same_samples():
@@ -199,7 +209,7 @@ def test_what_the_example_law_sees_is_what_is_flown(tmp_path):
     case = next(cases.Builder(campaign(tmp_path)).cases())
     initial = dataclasses.replace(case.task.initial, roll=0.4, beta=0.1, alpha=0.2,
                                   rates_B=(0.3, -0.2, 0.1))
-    flight = compute._started(models.build(case.aircraft, case.settings), case.model_key,
+    flight = compute._started(compute._built(case), case.model_key,
                               dataclasses.replace(case.task, initial=initial))
     seen = pilots.seen(flight.snapshot)
     assert isinstance(seen, autopilot_law.Seen)

@@ -17,7 +17,8 @@ from poststall_sim.aero import model as models
 from poststall_sim.frames import GRAVITY
 
 ROOT = Path(__file__).resolve().parents[1]
-COMMANDS = ['polar', 'trim', 'modes', 'fly', 'plot', 'airfoil', 'campaign']
+COMMANDS = ['polar', 'trim', 'modes', 'derivatives', 'database', 'fly', 'plot', 'export',
+            'airfoil', 'campaign']
 
 
 def run(*words):
@@ -207,7 +208,8 @@ def test_local_closure_and_its_options_reach_the_solver(tmp_path):
     assert (found['closure'], found['scheme']) == ('local', 'robust')
     assert found['settings'] == {
         'panels': 6, 'closure': 'local', 'strips': {'wing': 20, 'tail': 8, 'fin': 5},
-        'ell_chords': 1.0, 'decambering': True, 'angle_form': 'exact', 'damping': 1.0,
+        'ell_chords': 1.0, 'decambering': True, 'axial_wake': False,
+        'angle_form': 'exact', 'damping': 1.0,
         'symmetric': False, 'tolerance': models.Settings().tolerance,
         'limit': models.Settings().limit}
 

@@ -58,10 +58,14 @@ def flown(model, deflection, alpha=0.09):
 
 
 def test_table_that_only_shifts_is_what_is_flown_without_one():
-    """The law without flap tables, as a table: the same loads, but for interpolation."""
+    """
+    The law without flap tables, as a table: the same loads, but for interpolation.
+
+    Where flow is attached; past the stall that law lets a flap fade, and a table is believed.
+    """
     plain, same = wing(), wing(dataclasses.replace(
         shifted(PLAIN, TAU * DOWN, MOMENT * DOWN), deflection=DOWN))
-    for alpha in np.radians([3.0, 17.0]):
+    for alpha in np.radians([-2.0, 3.0]):
         for deflection in (0.0, 0.4 * DOWN, DOWN, 1.5 * DOWN):
             first, second = (flown(each, deflection, alpha) for each in (plain, same))
             assert first.status is second.status is Status.CONVERGED

@@ -18,6 +18,7 @@ from poststall_sim.aero.model import Settings
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.cli import main
 from poststall_sim.state import Controls
+from poststall_sim.weather import Weather
 
 WIND = np.array([3.0, -2.0, 0.5])
 
@@ -26,7 +27,7 @@ WIND = np.array([3.0, -2.0, 0.5])
 def flown():
     """Return a flight that has stalled: 60 steps of a pulled elevator in the wind."""
     flight = simulation.start(wings.shipped_aircraft('trainer'), airspeed=15.0, altitude=300.0,
-                              wind_N=WIND)
+                              weather=Weather(WIND))
     pull(flight, 60)
     return flight
 

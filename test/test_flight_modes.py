@@ -13,7 +13,6 @@ from poststall_sim import trim as trims
 from poststall_sim.aero.model import Settings, build
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.frames import GRAVITY, quaternion_from_euler, rotation
-from poststall_sim.propulsion import thrust
 from poststall_sim.stability import flight
 from poststall_sim.stability.motion import Decambering
 from poststall_sim.state import Status
@@ -101,7 +100,8 @@ def test_powered_flight_at_an_angle_of_attack_is_in_balance(model, degrees, clim
     trim = trims.powered(model, alpha=math.radians(degrees), altitude=ALTITUDE, climb_angle=climb)
     assert trim.status is Status.CONVERGED and trim.climb_angle == climb
     assert trim.alpha == math.radians(degrees) and 0.0 < trim.controls.throttle < 1.0
-    push, turn = thrust(model.aircraft, trim.velocity_B, trim.controls.throttle)
+    engines = wings.push(model.aircraft, trim.velocity_B, trim.controls.throttle)
+    push, turn = engines.force_B, engines.moment_B
     weight = model.aircraft.mass.mass * GRAVITY
     x, y, z = trim.aero.force_G
     down_B = rotation(quaternion_from_euler(0.0, trim.alpha + climb, 0.0))[2]

@@ -179,16 +179,25 @@ def control(*effectors):
     return Control('flap', (-0.5, 0.5), effectors)
 
 
-def covered(flat):
+def covered(flat, hinge=0.75):
     """Return the share of each strip that the only control covers, from what it shifts."""
-    return flat.flap_shift[0] / flap_effectiveness(flat.grids[0].rows, 0.75)
+    return (flat.mixing.T @ flat.shift)[0] / flap_effectiveness(flat.grids[0].rows, hinge)
+
+
+def hinge_turn(hinge, leading, chords, length):
+    """Return the cosine of the hinge's sweep over that of the quarter chord's, of a trapezoid."""
+    def sweep(share):
+        return math.atan2(leading[1] - leading[0] + share * (chords[1] - chords[0]), length)
+    return math.cos(sweep(hinge)) / math.cos(sweep(0.25))
 
 
 def test_control_turns_strips_by_the_share_that_it_covers():
     """The turn of all strips times their width is the effector's length, however they are cut."""
     for strips, low, high in ((10, 0.6, 1.0), (10, 0.33, 0.71), (6, 0.0, 0.2), (22, 0.1, 0.9)):
-        flat = lattice_of(tapered(strips), controls=[control(Effector('wing', (low, high)))])
-        share = covered(flat)
+        # A hinge along the quarter chord, about which strips turn: see the next tests for others.
+        flat = lattice_of(tapered(strips), controls=[control(
+            Effector('wing', (low, high), hinge=0.25))])
+        share = covered(flat, 0.25)
         assert np.all((share >= 0.0) & (share <= 1.0 + 1e-12))
         # Lengths in the y-z plane, where spans are counted.
         nodes = flat.wake_nodes[:, 1:]
@@ -204,10 +213,11 @@ def test_side_and_gain_of_an_effector_pick_strips_and_sign():
         Effector('wing', (0.6, 1.0), side=1, gain=-1.0),
         Effector('wing', (0.6, 1.0), side=-1, gain=0.5))])
     share = covered(flat)
-    assert np.all(share[:2] == pytest.approx(0.5)) and np.all(share[-2:] == pytest.approx(-1.0))
+    turn = hinge_turn(0.75, (0.5, 2.0), (1.5, 0.5), math.hypot(3.0, 0.5))
+    assert share[:2] == pytest.approx(0.5 * turn) and share[-2:] == pytest.approx(-turn)
     assert np.all(share[3:7] == 0.0)
     # Hinge at 3/4 of four rows: the last row turns whole, the others not at all.
-    turn = flat.flap_angle[0].reshape(4, 10)
+    turn = (flat.mixing.T @ flat.turn)[0].reshape(4, 10)
     assert np.all(turn[:3] == 0.0) and turn[3] == pytest.approx(share)
 
 
@@ -215,9 +225,9 @@ def test_panel_cut_by_the_hinge_turns_by_its_part_behind_it():
     """Hinge at 0.6 of four rows: 2/5 of the third panel lie ahead, so it turns by 3/5."""
     flat = lattice_of(fin(), controls=[Control('rudder', (-0.4, 0.4), (
         Effector('fin', hinge=0.6),))])
-    turn = flat.flap_angle[0].reshape(4, 4)
+    turn = (flat.mixing.T @ flat.turn)[0].reshape(4, 4)
     # Trailing edge left is towards the fin's normal, so its turn is nose-down: negative.
-    expected = -np.array([0.0, 0.0, 0.6, 1.0])
+    expected = -np.array([0.0, 0.0, 0.6, 1.0]) * hinge_turn(0.6, (6.0, 6.3), (1.0, 0.7), 1.2)
     assert turn == pytest.approx(np.tile(expected[:, None], (1, 4)), abs=1e-12)
 
 

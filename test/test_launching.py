@@ -29,6 +29,7 @@ from sensor_msgs.msg import JointState, Joy
 from poststall_sim import topics
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.ros import launching
+from poststall_sim.ros.air_settings import AirSettings
 from poststall_sim.ros.parameters import SimulatorSettings
 from poststall_sim.ros.sensor_settings import SensorSettings
 
@@ -60,7 +61,7 @@ def shipped():
 
 def test_the_shipped_parameter_file_names_defaults_of_parameters_that_there_are(shipped):
     defaults = {field.metadata['name']: field.default
-                for kind in (SimulatorSettings, SensorSettings)
+                for kind in (SimulatorSettings, SensorSettings, AirSettings)
                 for field in dataclasses.fields(kind)}
     for name, value in shipped.items():
         value = tuple(value) if isinstance(value, list) else value

@@ -21,6 +21,7 @@ from poststall_sim import topics
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.frames import quaternion_from_enu_flu, swap_body_flu, swap_ned_enu
 from poststall_sim.ros import declaration, parameters
+from poststall_sim.ros.air_settings import AirSettings
 from poststall_sim.ros.messages import (
     Refusal,
     RefusedCommand,
@@ -215,7 +216,9 @@ def declared(monkeypatch):
         heard = []
         monkeypatch.setattr(nodes[-1].get_logger().__class__, 'warning',
                             lambda self, text, **_: heard.append(text))
-        return declaration.declare(nodes[-1], parameters.SimulatorSettings), nodes[-1], heard
+        settings, _ = declaration.declare_all(
+            nodes[-1], parameters.SimulatorSettings, AirSettings)
+        return settings, nodes[-1], heard
 
     yield declare
     for node in nodes:
@@ -249,7 +252,7 @@ def test_whole_numbers_are_real_ones_where_those_are_wanted(declared):
                                         'use_sim_time:=false')
     assert settings.real_time_factor == node.get_parameter('real_time_factor').value == 2.0
     assert type(node.get_parameter('real_time_factor').value) is float
-    assert settings.wind_velocity == (0.0, 3.0, -1.0)
+    assert list(node.get_parameter('wind.velocity').value) == [0.0, 3.0, -1.0]
     assert not warnings
 
 

@@ -33,7 +33,7 @@ pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
 
 BEST_EFFORT = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-AVAILABLE = [topic for topic in topics.PUBLISHED if available(topic.type)]
+AVAILABLE = [topic for topic in topics.PUBLISHED if topic.common and available(topic.type)]
 
 
 def test_every_topic_has_its_type_quality_frame_and_rate(start, probe):
@@ -88,7 +88,7 @@ def test_every_topic_has_its_type_quality_frame_and_rate(start, probe):
     in_map = {'pose', 'odom', 'path', 'wind/applied'}
     aviation = {'odom_ned': 'world_ned', 'wrench_frd': 'left/base_link_frd'}
     for name, message in ours.items():
-        if name not in ('joint_states', '/diagnostics'):
+        if name not in ('joint_states', 'joint_targets', 'surface_states', '/diagnostics'):
             expected = 'world' if name in in_map else aviation.get(name, 'left/base_link')
             assert message.header.frame_id == expected, name
     assert ours['odom'].child_frame_id == 'left/base_link'

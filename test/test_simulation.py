@@ -30,6 +30,7 @@ from poststall_sim.frames import (
     velocity_from_flow_angles,
 )
 from poststall_sim.state import BodyState, Controls, Status
+from poststall_sim.weather import Weather
 
 DT_NS = 6_000_000
 CALM = np.zeros(3)
@@ -55,7 +56,7 @@ def quasi_steady(trainer):
 def fly(model, body, command, seconds, *, dt_ns=DT_NS, wind_N=CALM, start=None, delta0=None):
     """Return a flight's snapshots; command gives controls from the time [s]."""
     flight = simulation.Flight(model, body, command(0.0) if start is None else start,
-                               dt_ns=dt_ns, wind_N=wind_N, delta0=delta0)
+                               dt_ns=dt_ns, weather=Weather(wind_N), delta0=delta0)
     snapshots = [flight.snapshot]
     for k in range(1, round(seconds * 1e9 / dt_ns) + 1):
         snapshots.append(flight.step(command(k * dt_ns * 1e-9)))

@@ -12,7 +12,7 @@ import processes
 import pytest
 import wings
 
-from poststall_sim import simulation
+from poststall_sim import coupling, simulation
 from poststall_sim.aero import wash
 from poststall_sim.state import Controls, Status
 
@@ -59,7 +59,7 @@ def test_ten_minutes_end_as_fast_and_as_small_as_they_began():
         cost.append(np.median(taken))
         memory.append(resident_MB())
         sizes.append(shapes(flight.state))
-        placement = simulation.placement(flight.model.aircraft, flight.state.body)
+        placement = coupling.placement(flight.model.aircraft, flight.state.body)
         pairs.append(wash.velocity(flight.state.flow.wake, flight.model.lattice,
                                    flight.model.felt, placement, True)[1])
     assert all(size == sizes[0] for size in sizes)

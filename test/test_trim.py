@@ -8,6 +8,7 @@ import re
 
 import numpy as np
 import pytest
+import wings
 
 from poststall_sim import definition, trim
 from poststall_sim.aero import model as models
@@ -22,7 +23,6 @@ from poststall_sim.frames import (
     geometry_to_body,
     rotation,
 )
-from poststall_sim.propulsion import thrust
 from poststall_sim.state import Status
 
 ALTITUDE = 300.0
@@ -62,7 +62,8 @@ def imbalance(model, found):
     onset = models.Onset(body_to_geometry(-found.velocity_B), np.zeros(3))
     aero = solver.steady(model, onset, found.controls.deflections,
                          density=standard_air(ALTITUDE).density, delta0=found.aero.strips.delta)
-    push, turn = thrust(aircraft, found.velocity_B, found.controls.throttle)
+    engines = wings.push(aircraft, found.velocity_B, found.controls.throttle)
+    push, turn = engines.force_B, engines.moment_B
     force = geometry_to_body(aero.force_G) + push \
         + rotation(found.q_NB).T @ np.array([0.0, 0.0, weight])
     moment = geometry_to_body(aero.moment_G) + turn
@@ -128,8 +129,9 @@ def test_a_climb_takes_the_throttle_of_its_weight_component(model, level):
     found = trim.straight(model, airspeed=15.0, altitude=ALTITUDE, climb_angle=climb)
     assert found.status is Status.CONVERGED
     straight = level[SPEEDS.index(15.0)]
-    gained = thrust(model.aircraft, found.velocity_B, found.controls.throttle)[0][0] \
-        - thrust(model.aircraft, straight.velocity_B, straight.controls.throttle)[0][0]
+    pulls = [wings.push(model.aircraft, each.velocity_B, each.controls.throttle).force_B[0]
+             for each in (found, straight)]
+    gained = pulls[0] - pulls[1]
     # Lift, and with it the induced drag, falls by 1 - cos(3 deg) = 0.14 %; the thrust stands
     # 1.9 deg from the path.
     assert gained == pytest.approx(

@@ -238,10 +238,14 @@ def test_induced_drag_of_a_swept_wing_in_near_and_far_field(sweep, strips, rows,
 
 
 def test_induced_drag_of_a_highly_swept_wing_converges_with_the_strips():
-    """29 deg, 4 panels: 1.4 % on 40 strips, of the first order in their width."""
+    """
+    29 deg, 4 panels: 1.4 % on 40 strips, of the first order in their width.
+
+    But for 0.1 % of the last rings' sides, whose load ends at the trailing edge.
+    """
     gaps = np.array([swept_gap(0.5, strips, 4) for strips in (40, 80, 160)])
     assert abs(gaps[0]) < 0.015 and abs(gaps[1]) < 0.01
-    assert np.log2(gaps[:-1] / gaps[1:]) == pytest.approx([1.0, 1.0], abs=0.2)
+    assert np.log2((gaps[0] - gaps[1]) / (gaps[1] - gaps[2])) == pytest.approx(1.0, abs=0.2)
 
 
 def changing(rows, coarsen):

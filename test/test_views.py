@@ -125,9 +125,9 @@ def test_a_positive_control_moves_its_trailing_edge_as_the_signs_say(
         trainer, control, place, axis, sign):
     index = trainer.control_names.index(control)
     deflections = np.zeros(len(trainer.control_names))
-    neutral = silhouette.controls(trainer, deflections)
+    neutral = silhouette.movables(trainer, trainer.mixing @ deflections)
     deflections[index] = 0.2
-    moved = silhouette.controls(trainer, deflections)
+    moved = silhouette.movables(trainer, trainer.mixing @ deflections)
     shifts = [(a, b - a) for a, b in zip(neutral, moved)
               if np.any(a != b) and (a.mean(axis=0) @ place) > 0.0]
     assert shifts

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from poststall_sim import definition
+from poststall_sim import definition, propulsion
 from poststall_sim.aero import model as models
 from poststall_sim.aero import solver
 from poststall_sim.aero.wake import Placement
@@ -136,6 +136,14 @@ class Coefficients:
     roll: float
     pitch: float
     yaw: float
+
+
+def push(machine, velocity_B, throttle, *, rates_B=(0.0, 0.0, 0.0), density=DENSITY,
+         failed=frozenset()):
+    """Return what the engines do with their shafts in balance."""
+    meeting = propulsion.Meeting(np.array(velocity_B, dtype=float), np.array(rates_B), density,
+                                 propulsion.throttles(machine, throttle, failed))
+    return propulsion.balanced(machine, meeting, failed)
 
 
 def coefficients(machine, result, speed, alpha=0.0):

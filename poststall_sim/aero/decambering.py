@@ -25,6 +25,7 @@ import math
 import numpy as np
 from numba import njit
 
+from poststall_sim.aero.flaps import looked_up
 from poststall_sim.aero.lattice import Lattice
 from poststall_sim.aero.polars import lift
 from poststall_sim.frames import FloatArray
@@ -164,10 +165,11 @@ def operating_points(delta, strips, operator, linear, alpha, circulation, speed)
 
         G = g0 + P + Q th,   alpha = G / (pi c U) - the
 
-    strips : (12, n) rows U, W, chord, f, alpha_0L plain, alpha_0L with flap, shift of the curve
+    strips : (16, n) rows U, W, chord, f, alpha_0L plain, alpha_0L with flap, shift of the curve
     by the flap, 1 where there is flow, cosine and sine of alpha_0L with flap less plain, speed,
-    share of the attached lift or NaN for the static curve; operator : (n, 2 n + 1) columns P, Q,
-    g0; alpha, circulation, speed : (n,) filled.
+    share of the attached lift or NaN for the static curve, greatest angle of attached flow and
+    where a flap's effect ends past it, least and likewise, see `flaps`; operator : (n, 2 n + 1)
+    columns P, Q, g0; alpha, circulation, speed : (n,) filled.
     """
     n = delta.size
     turned = np.empty(2 * n)
@@ -319,7 +321,7 @@ def nonlocal_residual(delta, strips, linear, curves, polar_index, weights, alpha
     Fill the residual of the non-local closure and the section decambering's slope; return max |F|.
 
         F_j = delta_j - D_j(abar_j),   abar from `mean_angles`
-        D(a) = asin(cl(a + shift) / 2 pi) - (a - alpha_0L),  linear: cl / 2 pi for the asin
+        D(a) = asin(cl(x(a)) / 2 pi) - (a - alpha_0L),  linear: cl / 2 pi for the asin
 
     With row 11 of strips a number, D is that of a section with this share of its attached lift,
     see `separation`. weights (2, n, n) from `faded_mean`; alpha (n,) from `operating_points`;
@@ -336,7 +338,9 @@ def nonlocal_residual(delta, strips, linear, curves, polar_index, weights, alpha
             continue
         mean = residual[j]
         if math.isnan(strips[11, j]):
-            phi, rate = potential_angle(curves[polar_index[j]], mean + strips[6, j], linear)
+            angle, gain = looked_up(j, mean, strips)
+            phi, rate = potential_angle(curves[polar_index[j]], angle, linear)
+            rate *= gain
         else:
             phi, rate = separated_angle(strips[11, j], mean - strips[5, j])
         residual[j] = wrap(delta[j] - phi + mean - strips[5, j])
@@ -360,7 +364,8 @@ def strip_theory(delta, strips, linear, curves, polar_index):
             alpha = math.atan2(strips[1, j], strips[0, j])
             if linear:
                 alpha = strips[1, j] / strips[0, j]
-            phi = potential_angle(curves[polar_index[j]], alpha + strips[6, j], linear)[0]
+            angle = looked_up(j, alpha, strips)[0]
+            phi = potential_angle(curves[polar_index[j]], angle, linear)[0]
             own = wrap(phi - alpha + strips[5, j])
             if abs(own) > ATTACHED or strips[3, j] == 0.0:
                 delta[j] = own
@@ -386,6 +391,6 @@ def local_residual(strips, curves, polar_index, alpha, circulation, speed, resid
             residual[j] = 0.0
             continue
         residual[j] = 2.0 * circulation[j] / (speed[j] * strips[2, j]) \
-            - lift(curves[polar_index[j]], alpha[j] + strips[6, j])[0]
+            - lift(curves[polar_index[j]], looked_up(j, alpha[j], strips)[0])[0]
         worst = _larger(worst, residual[j])
     return worst

@@ -18,15 +18,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from poststall_sim.aero import polars, reynolds
-from poststall_sim.aero.plate import (
-    behind,
-    flap_effectiveness,
-    flap_moment,
-    flat_plate_share,
-)
-from poststall_sim.aircraft import Aircraft, ConfigError, Section, Surface
-from poststall_sim.controls import Control, Effector
+from poststall_sim.aero import plate, polars, reynolds, stations
+from poststall_sim.aero.flaps import floating_ratio
+from poststall_sim.aircraft import Aircraft, ConfigError, Surface
+from poststall_sim.controls import Movable
 from poststall_sim.frames import FloatArray, control_sign
 
 
@@ -53,9 +48,12 @@ class Lattice:
     flow puts on this ring.
 
     Strips (n): span_axis, chord_axis, strip_normal, quarter_chord (n, 3), strip_chord (normal to
-    the span axis), strip_width, strip_surface, span_place (along the span, for averaging),
-    polar_index into curves (k, 3, 2, grid); zero_lift, stall_high, stall_low (n,);
-    reynolds_range (n, 2) of the sections' tables and tables: see `reynolds.StripCurves`;
+    the span axis), strip_width, moment_axis (n, 3) of a moment about the span axis: across the
+    chord, for a swept strip is cut along x, and so long that it has the whole along the span axis,
+    strip_surface, span_place (along the span, for averaging),
+    polar_index into curves (k, 3, 2, grid); zero_lift, stall_high, stall_low, separated_high,
+    separated_low (n,) see `SectionPolar`; reynolds_range (n, 2) of the sections' tables and
+    tables: see `reynolds.StripCurves`;
     te_panel (n,) the ring at the trailing edge, te_node (n,) left node in a row of wake nodes;
     mirror (n,) the strip across the plane y = 0, itself where there is none.
 
@@ -63,8 +61,11 @@ class Lattice:
     strength = G[edge_plus] - G[edge_minus] + Gw[edge_wake], -1 for none; edge_strip (s, 2)
     strips on both sides.
 
-    Controls (c): flap_angle (c, p) turn of a panel's normals and flap_shift (c, n) change of the
-    zero-lift angle, per unit deflection.
+    Movable parts (k), per unit angle of each: turn (k, p) of a panel's normals; for a flap shift
+    (k, n) of the zero-lift angle and load_moment (k, n) of the section's own moment coefficient,
+    see `flaps`; pivot (k, n) for an all-moving part, which turns the strip's chord with it.
+    floating (k, n) : angle at which a free part stands per angle of attack of the strips; travel
+    and stops (k, 2) [rad]; mixing (k, c) angles per unit deflection of the controls.
     """
 
     grids: tuple[Grid, ...]
@@ -82,6 +83,7 @@ class Lattice:
     quarter_chord: FloatArray
     strip_chord: FloatArray
     strip_width: FloatArray
+    moment_axis: FloatArray
     strip_surface: np.ndarray
     span_place: FloatArray
     curves: FloatArray
@@ -100,8 +102,16 @@ class Lattice:
     edge_minus: np.ndarray
     edge_wake: np.ndarray
     edge_strip: np.ndarray
-    flap_angle: FloatArray
-    flap_shift: FloatArray
+    separated_high: FloatArray
+    separated_low: FloatArray
+    turn: FloatArray
+    shift: FloatArray
+    load_moment: FloatArray
+    pivot: FloatArray
+    floating: FloatArray
+    travel: FloatArray
+    mixing: FloatArray
+    stops: FloatArray
     strip_names: tuple[str, ...]
 
     @property
@@ -121,76 +131,62 @@ class Lattice:
         """Return the number of strips."""
         return len(self.strip_chord)
 
-    def at(self, airspeed: float, viscosity: float, deflections: FloatArray) -> 'Lattice':
+    def angles(self, deflections: FloatArray) -> FloatArray:
+        """Return where deflections (c,) put the movable parts (k,), within their stops [rad]."""
+        asked = self.mixing @ deflections
+        return np.minimum(np.maximum(asked, self.stops[:, 0]), self.stops[:, 1])
+
+    def angle_rate(self, deflections: FloatArray) -> FloatArray:
+        """Return the derivative (k, c) of `angles`: a part that is at a stop stays there."""
+        asked = self.mixing @ deflections
+        free = (asked > self.stops[:, 0]) & (asked < self.stops[:, 1])
+        return self.mixing * free[:, None]
+
+    def floating_angles(self, angles: FloatArray, alpha: FloatArray) -> FloatArray:
+        """
+        Return where the movable parts (k,) would float, within their travel [rad].
+
+        angles (k,) : of the parts now, alpha (n,) : at which their strips work [rad].
+        """
+        free = self.floating @ (alpha - angles @ self.pivot)
+        return np.minimum(np.maximum(free, self.travel[:, 0]), self.travel[:, 1])
+    def at(self, airspeed: float, viscosity: float, angles: FloatArray) -> 'Lattice':
         """
         Return it with the section curves that it flies; itself where sections have one table.
 
-        airspeed [m/s], kinematic viscosity [m^2/s], deflections (controls,) [rad].
+        airspeed [m/s], kinematic viscosity [m^2/s], angles (k,) of the movable parts [rad].
         """
         if self.tables is None:
             return self
         curves, landmarks = self.tables.at(
-            airspeed * self.tables.chord / viscosity, deflections)
+            airspeed * self.tables.chord / viscosity, angles)
         return replace(self, curves=curves, **dict(zip(
             reynolds.LANDMARKS, np.ascontiguousarray(landmarks[self.polar_index].T))))
 
 
-def _stations(surface: Surface) -> tuple[list[Section], list[float]]:
-    """Return the sections from left to right, both sides, and their place along the span [m]."""
-    sections = list(surface.sections)
-    if surface.symmetric:
-        mirrored = [
-            Section((s.leading_edge_G[0], -s.leading_edge_G[1], s.leading_edge_G[2]),
-                    s.chord, s.airfoil, s.twist)
-            for s in reversed(sections[1:])]
-        sections = mirrored + sections
-    place = [0.0]
-    for a, b in zip(sections, sections[1:]):
-        place.append(place[-1] + math.hypot(b.leading_edge_G[1] - a.leading_edge_G[1],
-                                            b.leading_edge_G[2] - a.leading_edge_G[2]))
-    return sections, place
-
-
-def _edges(place: list[float], strips: int, cosine: bool, symmetric: bool) -> FloatArray:
-    """
-    Return the strip edges (strips + 1,) along the span [m].
-
-    Uniform or cosine over the whole span; then the nearest edge is moved onto each section, so
-    that no strip straddles a kink. A symmetric surface is cut on one half and mirrored.
-    """
-    total = place[-1]
-    share = np.linspace(0.0, 1.0, strips + 1)
-    edges = total * (0.5 - 0.5 * np.cos(math.pi * share) if cosine else share)
-    kinks = place[1:-1]
-    if symmetric:
-        kinks = [kink for kink in kinks if kink > 0.5 * total * (1.0 + 1e-12)]
-        edges[strips // 2] = 0.5 * total
-    first = strips // 2 + 1 if symmetric else 1
-    for i, kink in enumerate(kinks):
-        last = strips - (len(kinks) - 1 - i)    # an edge each is left for the kinks to come
-        k = first + int(np.argmin(np.abs(edges[first:last] - kink)))
-        edges[k] = kink
-        first = k + 1
-    if symmetric:
-        edges[:strips // 2] = total - edges[:strips // 2:-1]
-    return edges
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class _SurfaceMesh:
-    """Corners (rows + 1, strips + 1, 3) of a surface's panels and its strip edges [m]."""
+    """
+    Corners (rows + 1, strips + 1, 3) of a surface's panels and its strip edges [m].
+
+    turn (strips,) : of the normals against the panels, nose-up [rad]; point (strips,) : where
+    between its ends a strip's flow is tangent, 0..1.
+    """
 
     corners: FloatArray
     edges: FloatArray
+    turn: FloatArray
+    point: FloatArray
     between: list[reynolds.Between]
 
 
 def _mesh(surface: Surface, rows: int) -> _SurfaceMesh:
     """Return the panels' corners of a surface and the sections that its strips lie between."""
-    sections, place = _stations(surface)
-    edges = _edges(place, surface.strips, surface.spacing_cosine, surface.symmetric)
+    sections, place = stations.of_surface(surface)
+    edges = stations.strip_edges(surface, place)
     leading = np.array([s.leading_edge_G for s in sections])
     trailing = np.empty_like(leading)
+    twist = np.array([s.twist for s in sections])
     for i, section in enumerate(sections):
         a, b = max(i - 1, 0), min(i + 1, len(sections) - 1)
         if surface.symmetric and 2 * i == len(sections) - 1:
@@ -199,18 +195,25 @@ def _mesh(surface: Surface, rows: int) -> _SurfaceMesh:
             along = leading[b] - leading[a]
             along = np.array([0.0, along[1], along[2]]) / math.hypot(along[1], along[2])
         normal = np.cross([1.0, 0.0, 0.0], along)
+        angle = 0.0 if surface.flat else section.twist
         trailing[i] = leading[i] + section.chord * (
-            math.cos(section.twist) * np.array([1.0, 0.0, 0.0]) - math.sin(section.twist) * normal)
+            math.cos(angle) * np.array([1.0, 0.0, 0.0]) - math.sin(angle) * normal)
     front = np.column_stack([np.interp(edges, place, leading[:, k]) for k in range(3)])
     rear = np.column_stack([np.interp(edges, place, trailing[:, k]) for k in range(3)])
     share = np.linspace(0.0, 1.0, rows + 1)[:, None, None]
     middles = 0.5 * (edges[1:] + edges[:-1])
+    turn = np.zeros_like(middles)
+    if surface.flat:   # as between the turned chords of two sections
+        chord = np.array([s.chord for s in sections])
+        turn = np.arctan2(np.interp(middles, place, chord * np.sin(twist)),
+                          np.interp(middles, place, chord * np.cos(twist)))
     between = []
     for middle in middles:
         i = min(max(int(np.searchsorted(place, middle)) - 1, 0), len(sections) - 2)
         between.append((sections[i].airfoil, sections[i + 1].airfoil,
                         (middle - place[i]) / (place[i + 1] - place[i])))
-    return _SurfaceMesh((1.0 - share) * front + share * rear, edges, between)
+    return _SurfaceMesh((1.0 - share) * front + share * rear, edges, turn,
+                        stations.collocation_shares(surface), between)
 
 
 def build(aircraft: Aircraft, rows: int) -> Lattice:
@@ -229,21 +232,17 @@ def build(aircraft: Aircraft, rows: int) -> Lattice:
         node0, edge0 = grid.nodes.stop, grid.edges.stop
     arrays = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
 
-    flap_angle, flap_turn, flap_shift, flap_cm = _flaps(aircraft, grids, meshes, arrays, rows)
-    flown = reynolds.strip_curves(
-        aircraft.airfoils, [each for mesh in meshes for each in mesh.between],
-        arrays['strip_chord'], flap_turn, flap_shift, flap_cm)
+    movable, flown = _movables(aircraft, grids, meshes, arrays, rows)
     mirror = _mirror(arrays['quarter_chord'], arrays['strip_chord'])
-    for array in (*arrays.values(), flap_angle, flap_shift, mirror):
+    for array in (*arrays.values(), *movable.values(), mirror):
         array.setflags(write=False)
     return Lattice(
         grids=tuple(grids), mirror=mirror,
         curves=flown.curves, polar_index=flown.polar_index,
         reynolds_range=flown.reynolds_range, tables=flown.tables,
-        flap_angle=flap_angle, flap_shift=flap_shift,
         strip_names=tuple(f'{grid.name}_{i + 1}' for grid in grids
                           for i in range(grid.strips.stop - grid.strips.start)),
-        **dict(zip(reynolds.LANDMARKS, flown.landmarks)), **arrays)
+        **dict(zip(reynolds.LANDMARKS, flown.landmarks)), **movable, **arrays)
 
 
 def _mirror(place: FloatArray, chord: FloatArray) -> np.ndarray:
@@ -270,7 +269,9 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
     # left-front, right-front, right-rear, left-rear: circulation to starboard in front lifts.
     rings = np.stack([Z[:-1, :-1], Z[:-1, 1:], Z[1:, 1:], Z[1:, :-1]], axis=2)
     middle = 0.5 * (P[:, :-1] + P[:, 1:])
-    collocation = 0.25 * middle[:-1] + 0.75 * middle[1:]
+    at = mesh.point[:, None]
+    tangent = (1.0 - at) * P[:, :-1] + at * P[:, 1:]
+    collocation = 0.25 * tangent[:-1] + 0.75 * tangent[1:]
     # x aft crossed with the span, left to right, points to the suction side.
     cross = np.cross(P[1:, 1:] - P[:-1, :-1], P[:-1, 1:] - P[1:, :-1])
     normal = _unit(cross)
@@ -283,19 +284,32 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
     chordwise = middle[-1] - middle[0]
     t = _unit(chordwise - np.sum(chordwise * e, axis=-1, keepdims=True) * e)
     k = np.cross(t, e)
+    if mesh.turn.any():
+        # About the span's direction across x, as a swept wing is rigged; normal to e again.
+        level = _unit(chordwise)
+        chord = np.cos(mesh.turn)[:, None] * level \
+            - np.sin(mesh.turn)[:, None] * _unit(np.cross(level, e))
+        k = _unit(np.cross(chord, e))
+        t = np.cross(e, k)
+        normal = np.broadcast_to(k, normal.shape)
+
+    across = np.cross(k, chordwise)
+    moment_axis = across / np.sum(across * e, axis=-1, keepdims=True)
 
     panel = grid.panels.start + np.arange(M * N).reshape(M, N)
     strip = grid.strips.start + np.arange(N)
     none = np.full(N, -1)
     span_edges = {
-        'vector': Z[:, 1:] - Z[:, :-1], 'middle': 0.5 * (Z[:, 1:] + Z[:, :-1]),
+        'vector': Z[:, 1:] - Z[:, :-1], 'middle': (1.0 - at) * Z[:, :-1] + at * Z[:, 1:],
         'plus': np.vstack([panel, none]), 'minus': np.vstack([none, panel]),
         'wake': np.vstack([np.full((M, N), -1), strip]),
         'strip': np.broadcast_to(strip[:, None], (M + 1, N, 2))}
     beside = np.full((M, 1), -1)
     neighbours = np.column_stack([np.r_[strip[0], strip], np.r_[strip, strip[-1]]])
+    # Of the last rings' sides what lies behind the trailing edge is wake: it carries no load.
+    ends = np.concatenate([Z[1:-1], P[-1:]])
     chord_edges = {
-        'vector': Z[1:] - Z[:-1], 'middle': 0.5 * (Z[1:] + Z[:-1]),
+        'vector': ends - Z[:-1], 'middle': 0.5 * (ends + Z[:-1]),
         'plus': np.hstack([beside, panel]), 'minus': np.hstack([panel, beside]),
         'wake': np.full((M, N + 1), -1),
         'strip': np.broadcast_to(neighbours, (M, N + 1, 2))}
@@ -311,12 +325,13 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
         'tangent': _unit(np.cross(e[None], normal)).reshape(-1, 3),
         'area': area.ravel(),
         'panel_strip': np.tile(strip, M),
-        'panel_share': np.repeat(flat_plate_share(M), N),
+        'panel_share': np.repeat(plate.flat_plate_share(M), N),
         'wake_nodes': Z[-1].copy(),
         'span_axis': e, 'chord_axis': t, 'strip_normal': k,
         'quarter_chord': 0.5 * (quarter[1:] + quarter[:-1]),
         'strip_chord': area.sum(axis=0) / width,
         'strip_width': width,
+        'moment_axis': moment_axis,
         'strip_surface': np.full(N, number),
         'span_place': np.cumsum(width) - 0.5 * width,
         'te_panel': panel[-1].copy(),
@@ -324,43 +339,49 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
         **edges}
 
 
-def _flaps(aircraft: Aircraft, grids: list[Grid], meshes: list[_SurfaceMesh],
-           arrays: dict[str, np.ndarray], rows: int) -> tuple[FloatArray, ...]:
-    """Return per unit angle (controls, panels) turned, (controls, strips) turned, shift and cm."""
-    angle = np.zeros((len(aircraft.controls), len(arrays['area'])))
-    shift = np.zeros((len(aircraft.controls), len(arrays['strip_chord'])))
-    turned, moment = np.zeros_like(shift), np.zeros_like(shift)
+def _movables(aircraft: Aircraft, grids: list[Grid], meshes: list[_SurfaceMesh],
+              arrays: dict[str, np.ndarray], rows: int,
+              ) -> tuple[dict[str, FloatArray], reynolds.StripCurves]:
+    """Return what the movable parts do per unit angle, see `Lattice`, and the strips' curves."""
+    parts, panels, strips = aircraft.movables, len(arrays['area']), len(arrays['strip_chord'])
+    turn = np.zeros((len(parts), panels))
+    shift, load_moment, pivot, floating, flap = np.zeros((5, len(parts), strips))
     names = [grid.name for grid in grids]
-    for c, control in enumerate(aircraft.controls):
-        for effector in control.effectors:
-            s = names.index(effector.surface)
-            grid = grids[s]
-            covered = _covered(effector, aircraft.surfaces[s], meshes[s].edges)
-            sign = np.array([control_sign(k) for k in arrays['strip_normal'][grid.strips]])
-            turn = effector.gain * sign * covered
-            angle[c, grid.panels] += np.outer(behind(rows, effector.hinge), turn).ravel()
-            turned[c, grid.strips] += turn
-            moment[c, grid.strips] += turn * flap_moment(rows, effector.hinge)
-            shift[c, grid.strips] += turn * flap_effectiveness(rows, effector.hinge)
-        _require_effect(control, angle[c])
-    return angle, turned, shift, moment
+    for k, part in enumerate(parts):
+        s = names.index(part.surface)
+        grid = grids[s]
+        sign = np.array([control_sign(each) for each in arrays['strip_normal'][grid.strips]])
+        turned = sign * _covered(part, aircraft.surfaces[s], meshes[s].edges) \
+            * plate.hinge_turn(meshes[s].corners, part.hinge)
+        turn[k, grid.panels] = np.outer(plate.behind(rows, part.hinge), turned).ravel()
+        weights = turned * arrays['strip_width'][grid.strips]
+        floating[k, grid.strips] = -floating_ratio(part.hinge) * weights \
+            / np.abs(weights).sum()
+        if part.hinge == 0.0:
+            pivot[k, grid.strips] = turned
+        else:
+            flap[k, grid.strips] = turned
+            shift[k, grid.strips] = turned * plate.flap_effectiveness(rows, part.hinge)
+            load_moment[k, grid.strips] = turned * plate.flap_moment(rows, part.hinge)
+    for control, mixed in zip(aircraft.controls, aircraft.mixing.T):
+        if not np.any(mixed @ turn):
+            raise ConfigError(
+                f'control {control.name}: its effectors cancel or cover no strip')
+    flown = reynolds.strip_curves(
+        aircraft.airfoils, [each for mesh in meshes for each in mesh.between],
+        arrays['strip_chord'], flap, shift, load_moment)
+    return {'turn': turn, 'shift': shift, 'load_moment': load_moment, 'pivot': pivot,
+            'floating': floating, 'mixing': aircraft.mixing,
+            'travel': np.array([part.travel for part in parts]).reshape(-1, 2),
+            'stops': np.array([part.stops for part in parts]).reshape(-1, 2)}, flown
 
 
-def _require_effect(control: Control, angle: FloatArray) -> None:
-    if not np.any(angle):
-        raise ConfigError(f'control {control.name}: its effectors cancel or cover no strip')
-
-
-def _covered(effector: Effector, surface: Surface, edges: FloatArray) -> FloatArray:
-    """Return the share (strips,) of each strip's width that an effector covers."""
+def _covered(part: Movable, surface: Surface, edges: FloatArray) -> FloatArray:
+    """Return the share (strips,) of each strip's width that a movable part covers."""
     if surface.symmetric:
         half = 0.5 * edges[-1]
-        ranges = [(half + side * half * effector.span[0], half + side * half * effector.span[1])
-                  for side in (-1, 1) if effector.side in (0, side)]
+        low, high = sorted(half + part.side * half * share for share in part.span)
     else:
-        ranges = [(edges[-1] * effector.span[0], edges[-1] * effector.span[1])]
-    share = np.zeros(len(edges) - 1)
-    for a, b in ranges:
-        low, high = min(a, b), max(a, b)
-        share += np.clip(np.minimum(edges[1:], high) - np.maximum(edges[:-1], low), 0.0, None)
+        low, high = (edges[-1] * share for share in part.span)
+    share = np.clip(np.minimum(edges[1:], high) - np.maximum(edges[:-1], low), 0.0, None)
     return share / np.diff(edges)

@@ -74,9 +74,9 @@ def added_mass_force(density, rate, area, normal, place, total):
 
 @njit(**_EXACT)
 def section_force(density, alpha, speed, cd, cm, chord, width, chord_axis, strip_normal,
-                  span_axis, place, total):
+                  moment_axis, place, total):
     """
-    Add section drag along the local flow and section moment about the span axis.
+    Add section drag along the local flow and section moment about the moment axis.
 
     alpha [rad], speed [m/s], cd, cm (n,) of the operating points; chord, width (n,) [m]; axes and
     place (n, 3), place of the quarter chords; total (6,) added to in place.
@@ -90,7 +90,7 @@ def section_force(density, alpha, speed, cd, cm, chord, width, chord_axis, strip
              c * chord_axis[j, 2] + s * strip_normal[j, 2], place[j], total)
         moment = pressure * chord[j] * cm[j]
         for k in range(3):
-            total[3 + k] += moment * span_axis[j, k]
+            total[3 + k] += moment * moment_axis[j, k]
 
 
 @njit(**_EXACT)

@@ -12,6 +12,7 @@ from numba import njit
 from poststall_sim.aero import lattice as lattices
 from poststall_sim.aero import superposition
 from poststall_sim.aero import wake as wakes
+from poststall_sim.aero.clearance import require_apart
 from poststall_sim.aero.corners import add_corners
 from poststall_sim.aero.decambering import AngleForm, Closure, averaging
 from poststall_sim.aero.kernels import ring_influence
@@ -21,6 +22,7 @@ from poststall_sim.aero.separation import Separation
 from poststall_sim.aero.wake import Shape
 from poststall_sim.aero.wash import Felt, Precision, felt
 from poststall_sim.aircraft import Aircraft, ConfigError
+from poststall_sim.atmosphere import STANDARD, Atmosphere
 from poststall_sim.frames import FloatArray, geometry_to_body
 
 WAKE_CONE = math.radians(60.0)
@@ -43,7 +45,8 @@ class Settings:
     time, lag [chords] its time constant under LAG, relaxation and delay [chords] tau_1 and tau_2
     under GOMAN_KHRABROV, of the size identified for airfoils there; wake : its shape, free_rows
     that move in a free one, every so many steps, free_every; ground : flat, at altitude 0, felt
-    by its mirror image in unsteady flow.
+    by its mirror image in unsteady flow; axial_wake : straight wakes go along x, as AVL's do, not
+    with the flow, in steady flow.
     """
 
     chordwise: int = 4
@@ -70,6 +73,7 @@ class Settings:
     free_rows: int = 16
     free_every: int = 2
     ground: bool = False
+    axial_wake: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what cannot be computed."""
@@ -82,8 +86,9 @@ class Settings:
                 raise ConfigError(f'ell must be 0 to 10 chords, got {self.ell!r}')
         if not 0.0 < self.damping <= 1.0:
             raise ConfigError(f'damping must be above 0 and at most 1, got {self.damping!r}')
-        if self.unsteady and self.angle_form is AngleForm.LINEAR:
-            raise ConfigError('the linear angle form is for steady flow: set unsteady to False')
+        if self.unsteady and (self.angle_form is AngleForm.LINEAR or self.axial_wake):
+            raise ConfigError('the linear angle form and the axial wake are for steady flow: set '
+                              'unsteady to False')
         if self.separation is not Separation.QUASI_STEADY and not (
                 self.unsteady and self.decambering and self.closure is Closure.NONLOCAL):
             raise ConfigError(f'separation {self.separation.value} is for unsteady flow with the '
@@ -112,7 +117,7 @@ DEFAULTS = Settings()
 @dataclass(frozen=True, slots=True, eq=False)
 class Model:
     """
-    An aircraft ready to be computed.
+    An aircraft ready to be computed, and the atmosphere it flies in.
 
     bound (p, p) : normalwash of unit rings on collocation points; bound_inverse; te_inverse (n,
     p) : circulation at the trailing edges per unit normalwash, each surface alone, with no wake;
@@ -140,6 +145,7 @@ class Model:
     collocation_arm: FloatArray
     edge_arm: FloatArray
     quarter_arm: FloatArray
+    atmosphere: Atmosphere = STANDARD
 
     @property
     def wake_length(self) -> float:
@@ -149,9 +155,11 @@ class Model:
         length = float(np.ptp(self.lattice.wake_nodes[:, 0]))
         return length + 20.0 * float(self.lattice.strip_chord.max())
 
-    def at(self, airspeed: float, viscosity: float, deflections: FloatArray) -> 'Model':
-        """Return it with the section curves that it flies, see `Lattice.at`."""
-        lattice = self.lattice.at(airspeed, viscosity, deflections)
+    def at(self, airspeed: float, viscosity: float, deflections: FloatArray,
+           angles: FloatArray | None = None) -> 'Model':
+        """Return it with the curves that it flies, see `Lattice.at`, `boundary_condition`."""
+        angles = self.lattice.angles(deflections) if angles is None else angles
+        lattice = self.lattice.at(airspeed, viscosity, angles)
         return self if lattice is self.lattice else replace(self, lattice=lattice)
 
     def wake_rows(self, step: float) -> int:
@@ -219,14 +227,15 @@ class StripResponse:
                        far_edges=far_velocity(lattice, self.direction))
 
 
-def build(aircraft: Aircraft, settings: Settings = DEFAULTS) -> Model:
+def build(aircraft: Aircraft, settings: Settings = DEFAULTS,
+          atmosphere: Atmosphere = STANDARD) -> Model:
     """Return the model of an aircraft: lattice, influence, averaging and added mass."""
     lattice = lattices.build(aircraft, settings.chordwise)
     if isinstance(settings.ell, tuple) and len(settings.ell) != len(lattice.grids):
         raise ConfigError(f'ell must be one number or one for each of the {len(lattice.grids)} '
                           f'surfaces, got {settings.ell!r}')
     owner = lattice.strip_surface[lattice.panel_strip]
-    _require_apart(lattice, owner)
+    require_apart(lattice, owner)
     at_points = influence(lattice, lattice.collocation, owner, lattice.ring_corners, owner)
     bound = np.einsum('ijk,ik->ij', at_points, lattice.normal)
     edge_owner = lattice.strip_surface[lattice.edge_strip[:, 0]]
@@ -269,7 +278,7 @@ def build(aircraft: Aircraft, settings: Settings = DEFAULTS) -> Model:
         Scheme.D: np.maximum(together, 0.3 * plate)}
     return Model(aircraft=aircraft, lattice=lattice, settings=settings,
                  felt=felt(lattice, settings.precision, settings.interpolate),
-                 trajectory=trajectory, **arrays)
+                 trajectory=trajectory, atmosphere=atmosphere, **arrays)
 
 
 def steady_response(bound: FloatArray, far: FloatArray, te_rows: FloatArray) -> FloatArray:
@@ -279,40 +288,6 @@ def steady_response(bound: FloatArray, far: FloatArray, te_rows: FloatArray) -> 
     bound (p, p); far (p, n) : see `far_normalwash`; te_rows (n, p).
     """
     return np.ascontiguousarray(np.linalg.solve((bound + far @ te_rows).T, te_rows.T).T)
-
-
-NARROWEST = 1e-3
-"""Strip width over chord below which a lattice says nothing."""
-CLOSEST = 0.02
-"""A point this share of a strip or less above another panel lies in that panel."""
-
-
-def _require_apart(lattice: Lattice, owner: np.ndarray) -> None:
-    """Refuse strips without width and surfaces that lie in each other."""
-    slender = lattice.strip_width / lattice.strip_chord
-    if slender.min() < NARROWEST:
-        name = lattice.strip_names[int(np.argmin(slender))]
-        raise ConfigError(f'strip {name} is {slender.min():.1e} of its chord wide, it needs at '
-                          f'least {NARROWEST:g}: fewer strips or more span')
-    width = lattice.strip_width[lattice.panel_strip]
-    apart = lattice.collocation[:, None] - lattice.collocation[None, :]
-    above = np.abs(np.einsum('ijk,jk->ij', apart, lattice.normal))
-    aft = np.abs(np.einsum('ijk,jk->ij', apart, lattice.tangent))
-    beside = np.sqrt(np.maximum(np.sum(apart ** 2, axis=-1) - above ** 2 - aft ** 2, 0.0))
-    within = (beside < 0.5 * width) & (aft < 0.5 * lattice.area / width) \
-        & (owner[:, None] != owner[None, :])
-    strip = lattice.panel_strip
-    image = (lattice.mirror[strip][:, None] == strip[None, :]) & (strip[:, None] != strip[None, :])
-    inside = (above < CLOSEST * width) & (
-        within | image & (np.linalg.norm(apart, axis=-1) < CLOSEST * width))
-    if inside.any():
-        point, panel = np.argwhere(inside)[0]
-        first, second = (lattice.grids[owner[i]].name for i in (point, panel))
-        both = f'surfaces {first} and {second} lie' if first != second else f'the two sides of ' \
-            f'surface {first} lie'
-        raise ConfigError(f'{both} in each other: panels come as close as '
-                          f'{above[point, panel]:.2g} m, they need {CLOSEST * width[panel]:.2g} '
-                          'm at least')
 
 
 def influence(lattice: Lattice, points: FloatArray, point_owner: np.ndarray,

@@ -23,6 +23,7 @@ from poststall_sim.aero.decambering import (
     strip_operator,
     wrap,
 )
+from poststall_sim.aero.flaps import look_up
 from poststall_sim.aero.model import Model, Onset, far_normalwash, wake_direction
 from poststall_sim.aero.polars import sections
 from poststall_sim.aero.schemes import Scheme, Start
@@ -54,13 +55,16 @@ class Boundary:
     """
     The onset at the lattice with controls set.
 
-    level, turned (p,) : w = level cos th + turned sin th; strips (12, n) : see
-    `operating_points`; fade (n,).
+    level, turned (p,) : w = level cos th + turned sin th; strips (16, n) : see
+    `operating_points`; angles (k,) of the movable parts [rad]; pivot (n,) by which all-moving
+    parts have turned the strips' chords [rad]; fade (n,).
     """
 
     level: FloatArray
     turned: FloatArray
     strips: FloatArray
+    angles: FloatArray
+    pivot: FloatArray
 
     @property
     def fade(self) -> FloatArray:
@@ -68,18 +72,31 @@ class Boundary:
         return self.strips[3]
 
 
-def boundary_condition(model: Model, onset: Onset, deflections: FloatArray) -> Boundary:
-    """Return the onset of a lattice with its controls deflected (controls,) [rad]."""
+def boundary_condition(model: Model, onset: Onset, deflections: FloatArray,
+                       angles: FloatArray | None = None) -> Boundary:
+    """
+    Return the onset of a lattice with its controls deflected (controls,) [rad].
+
+    angles (k,) : of the movable parts [rad], where they are not where the controls put them.
+    """
     lattice = model.lattice
+    angles = lattice.angles(deflections) if angles is None else angles
     level, turned = np.empty(lattice.panels), np.empty(lattice.panels)
     _along(onset.at(model.collocation_arm), lattice.normal, lattice.tangent, level, turned)
-    turn = deflections @ lattice.flap_angle
-    strips = np.empty((12, lattice.strips))
+    turn = angles @ lattice.turn
+    strips = np.empty((16, lattice.strips))
     _along(onset.at(model.quarter_arm), lattice.chord_axis, lattice.strip_normal, strips[0],
            strips[1])
+    pivot = angles @ lattice.pivot
+    if pivot.any():
+        cosine, sine = np.cos(pivot), np.sin(pivot)
+        strips[:2] = strips[0] * cosine - strips[1] * sine, strips[1] * cosine + strips[0] * sine
     airspeed = float(np.linalg.norm(onset.velocity_G))
-    _strips(airspeed, lattice.strip_chord, lattice.zero_lift, deflections @ lattice.flap_shift,
-            strips)
+    _strips(airspeed, lattice.strip_chord, lattice.zero_lift, angles @ lattice.shift, strips)
+    strips[12], strips[14] = lattice.stall_high, lattice.stall_low
+    strips[13], strips[15] = lattice.separated_high, lattice.separated_low
+    if not model.settings.decambering:     # attached at any angle
+        strips[13], strips[15] = math.inf, -math.inf
     if model.settings.angle_form is AngleForm.LINEAR:
         # w = V (alpha + theta), V that of a stream along x at zero incidence.
         stream = airspeed * lattice.tangent[:, 0]
@@ -87,9 +104,11 @@ def boundary_condition(model: Model, onset: Onset, deflections: FloatArray) -> B
         strips[7] *= strips[0] > 0.0
         strips[1] = np.arctan2(strips[1], strips[0]) * airspeed * lattice.chord_axis[:, 0]
         strips[0], strips[3] = airspeed * lattice.chord_axis[:, 0], 1.0
-        return Boundary(stream * (np.arctan2(level, turned) + turn), stream, strips)
+        return Boundary(stream * (np.arctan2(level, turned) + turn), stream, strips, angles,
+                        pivot)
     cosine, sine = np.cos(turn), np.sin(turn)
-    return Boundary(level * cosine + turned * sine, turned * cosine - level * sine, strips)
+    return Boundary(level * cosine + turned * sine, turned * cosine - level * sine, strips,
+                    angles, pivot)
 
 
 @njit(**EXACT)
@@ -259,7 +278,7 @@ class SteadyProblem:
     """
     The decambering of one steady onset, before it is solved.
 
-    strips (12, n), operator (n, 2 n + 1) : see `operating_points`; factors : of the steady matrix;
+    strips (16, n), operator (n, 2 n + 1) : see `operating_points`; factors : of the steady matrix;
     direction (3,) of the straight wake.
     """
 
@@ -269,14 +288,16 @@ class SteadyProblem:
     direction: FloatArray
 
 
-def steady_problem(model: Model, onset: Onset, deflections: FloatArray) -> SteadyProblem:
+def steady_problem(model: Model, onset: Onset, deflections: FloatArray,
+                   angles: FloatArray | None = None) -> SteadyProblem:
     """Return the decambering problem of all surfaces and their straight wakes at once."""
-    direction = wake_direction(onset.velocity_G)
+    direction = np.array([1.0, 0.0, 0.0]) if model.settings.axial_wake \
+        else wake_direction(onset.velocity_G)
     far = far_normalwash(model.lattice, direction)
     # A value that is not finite goes through to the status; a step never raises.
     factors = lu_factor(model.bound + far @ model.te_rows, check_finite=False)
     response = lu_solve(factors, model.te_rows.T, trans=1, check_finite=False).T
-    boundary = boundary_condition(model, onset, deflections)
+    boundary = boundary_condition(model, onset, deflections, angles)
     operator = lattice_operator(
         model, boundary, np.ascontiguousarray(response), np.zeros(model.lattice.panels))
     return SteadyProblem(boundary, operator, factors, direction)
@@ -305,9 +326,11 @@ def uniqueness(model: Model, problem: SteadyProblem, delta: FloatArray) -> float
         nonlocal_jacobian(weights, change, slope, jacobian)
     else:
         values = np.empty((n, 4))
-        sections(lattice.curves, lattice.polar_index, alpha + strips[6], values)
+        looked_at, left, fall = np.empty((3, n))
+        look_up(alpha, strips, looked_at, left, fall)
+        sections(lattice.curves, lattice.polar_index, looked_at, values)
         ratio = 0.0 if linear else np.clip(values[:, 0] / TWO_PI, -0.999, 0.999)
-        rate = values[:, 3] / np.sqrt(1.0 - ratio ** 2)
+        rate = values[:, 3] * (1.0 + strips[6] * fall) / np.sqrt(1.0 - ratio ** 2)
         induced = -np.linalg.solve((np.eye(n) + slope).T, slope.T).T / TWO_PI
         jacobian = np.eye(n) + induced * rate
     if not np.isfinite(jacobian).all():

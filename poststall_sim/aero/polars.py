@@ -16,6 +16,7 @@ from numba import njit
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
+from poststall_sim.aero.flaps import LEFT
 from poststall_sim.aircraft import Airfoil, ConfigError
 from poststall_sim.frames import FloatArray
 
@@ -30,6 +31,10 @@ _STEP, _PER_STEP = 2.0 * math.pi / GRID, GRID / (2.0 * math.pi)
 CL, CD, CM = 0, 1, 2
 """Index of a coefficient in a curve."""
 
+NEVER = 1e9
+"""An angle past all others [rad], finite so that it can be mixed."""
+_NARROWEST = math.radians(1.0)
+"""No flap loses its effect within less."""
 _ATTACHED = math.radians(30.0)
 """The zero-lift angle and the stall angles are looked for within this of zero."""
 
@@ -81,13 +86,16 @@ class SectionPolar:
     The curves of one airfoil, or of a mixture of two.
 
     curve : (3, 2, GRID + 1), see `section`; zero_lift, stall_high, stall_low : angles of zero,
-    greatest and least lift in the attached range [rad].
+    greatest and least lift in the attached range [rad]; separated_high, separated_low : past
+    these, where a quarter of the attached lift is left, `NEVER` if it never is, see `flaps`.
     """
 
     curve: FloatArray
     zero_lift: float
     stall_high: float
     stall_low: float
+    separated_high: float
+    separated_low: float
 
     def at(self, alpha: FloatArray) -> FloatArray:
         """Return cl, cd, cm, dcl/dalpha, (..., 4), at angles [rad]."""
@@ -166,4 +174,17 @@ def _polar(curve: FloatArray, name: str) -> SectionPolar:
             return brentq(slope, low, high, xtol=1e-12)
         return angles[best]
 
-    return SectionPolar(curve, zero_lift, stall(1), stall(-1))
+    def separated(begin: float, side: int) -> float:
+        def left(angle: float) -> float:
+            return side * (cl(angle) - LEFT * 2.0 * math.pi * math.sin(angle - zero_lift))
+
+        past = begin + side * np.linspace(_NARROWEST, math.pi / 2.0, 361)
+        below = np.flatnonzero([left(angle) <= 0.0 for angle in past])
+        if not below.size:
+            return side * NEVER
+        return brentq(left, past[below[0] - 1], past[below[0]], xtol=1e-14) if below[0] \
+            else float(past[0])
+
+    high, low = stall(1), stall(-1)
+    return SectionPolar(
+        curve, zero_lift, high, low, separated(high, 1), separated(low, -1))

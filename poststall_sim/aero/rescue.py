@@ -25,6 +25,7 @@ from poststall_sim.aero.decambering import (
     potential_angle,
     strip_theory,
 )
+from poststall_sim.aero.flaps import looked_up
 from poststall_sim.aero.robust import FINISH, forward_flow, hold, imbalance, settle
 from poststall_sim.aero.schemes import newton
 
@@ -86,8 +87,9 @@ def _descend(alpha, strips, curves, polar_index, inverse, area, image, force, hi
             if strips[7, k] != 0.0:
                 c[j, k] = inverse[j, k] * math.pi * strips[2, k] * strips[0, k]
         c[j, j] -= 1.0
-        phi[j], rate[j] = potential_angle(
-            curves[polar_index[j]], alpha[j] + strips[6, j], True)
+        angle, gain = looked_up(j, alpha[j], strips)
+        phi[j], rate[j] = potential_angle(curves[polar_index[j]], angle, True)
+        rate[j] *= gain
     gradient = np.linalg.solve(c, force)
     mu = 1.0
     for steps in range(DESCENT_LIMIT):
@@ -104,8 +106,10 @@ def _descend(alpha, strips, curves, polar_index, inverse, area, image, force, hi
             if np.sum(area * gradient * step) < 0.0 and np.abs(step).max() < LONGEST_STEP:
                 for j in range(n):
                     if strips[7, j] != 0.0:
+                        angle, gain = looked_up(j, alpha[j] + step[j], strips)
                         new_phi[j], new_rate[j] = potential_angle(
-                            curves[polar_index[j]], alpha[j] + step[j] + strips[6, j], True)
+                            curves[polar_index[j]], angle, True)
+                        new_rate[j] *= gain
                         bend[j] = new_phi[j] - phi[j] - rate[j] * step[j]
                 share = np.sum(area * bend * step) / (mu * np.sum(area * step * step))
                 if share <= BENT:

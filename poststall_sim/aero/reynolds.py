@@ -23,7 +23,7 @@ and decambering, which enter the flow as their sum; the stall angles mark strips
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
@@ -34,7 +34,7 @@ from poststall_sim.frames import FloatArray
 
 ALIKE = 1e-9
 """Chords and places that differ by no more of themselves fly the same curve."""
-LANDMARKS = ('zero_lift', 'stall_high', 'stall_low')
+LANDMARKS = ('zero_lift', 'stall_high', 'stall_low', 'separated_high', 'separated_low')
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,10 +51,10 @@ class Tables:
     """
     The tables of all sections, and what each of the strips' curves (g) is mixed from.
 
-    curves (t, 3, 2, GRID + 1), landmarks (t, 3) : see `polars.SectionPolar`; log_reynolds (t,), 0
+    curves (t, 3, 2, GRID + 1), landmarks (t, 5) : see `polars.SectionPolar`; log_reynolds (t,), 0
     where a table does not say; sides : of each curve the levels of the two sections that it lies
     between, by rising deflection; share (g,) of the second one; chord (g,) [m]; turn (g,
-    controls) : deflection of the strips' flap per unit of each control.
+    parts) : deflection of the strips' flap per unit angle of each movable part.
     """
 
     curves: FloatArray
@@ -65,10 +65,10 @@ class Tables:
     chord: FloatArray
     turn: FloatArray
 
-    def at(self, reynolds: FloatArray, deflections: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return curves (g, 3, 2, GRID + 1), landmarks (g, 3) at Reynolds numbers (g,)."""
+    def at(self, reynolds: FloatArray, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return curves (g, 3, 2, GRID + 1), landmarks (g, 5) at Reynolds numbers (g,)."""
         index, weight = self._mixture(
-            np.log(np.maximum(reynolds, 1e-9)), self.turn @ deflections)
+            np.log(np.maximum(reynolds, 1e-9)), self.turn @ angles)
         out = np.empty((len(index), *self.curves.shape[1:]))
         _mix(self.curves, index, weight, out)
         return out, np.einsum('gk,gkl->gl', weight, self.landmarks[index])
@@ -125,7 +125,7 @@ class StripCurves:
     """
     What the strips (n) of an aircraft fly.
 
-    curves (g, 3, 2, GRID + 1) and polar_index (n,) into them; landmarks (3, n) in the order of
+    curves (g, 3, 2, GRID + 1) and polar_index (n,) into them; landmarks (5, n) in the order of
     `LANDMARKS`; reynolds_range (n, 2) : of the tables, NaN where they do not say; tables : None
     where no section has several.
     """
@@ -146,10 +146,10 @@ def strip_curves(airfoils: Sequence[Airfoil], between: Sequence[Between], chord:
     """
     Return the curves of strips between two sections each, by name; chord (n,) [m].
 
-    turn, shift, moment (controls, n) : deflection of a strip's flap, change of its zero-lift angle
-    and of the moment that the lattice has of it, per unit of each control. Where sections have
-    several tables the curves are those in the middle of these with flaps up, until `Tables.at`
-    is asked.
+    turn, shift, moment (parts, n) : deflection of a strip's flap, change of its zero-lift angle
+    and of the moment that the lattice has of it, per unit of each movable part. Where sections
+    have several tables the curves are those in the middle of these with flaps up, until
+    `Tables.at` is asked.
     """
     families: dict[str, list[Airfoil]] = {}
     for airfoil in airfoils:
@@ -186,7 +186,7 @@ def excess(reynolds: FloatArray, reynolds_range: FloatArray) -> FloatArray:
 
 
 def _of_one_table(flown: list[polars.SectionPolar]) -> tuple[FloatArray, np.ndarray, FloatArray]:
-    """Return the distinct curves of strips, the index into them (n,) and the landmarks (3, n)."""
+    """Return the distinct curves of strips, the index into them (n,) and the landmarks (5, n)."""
     distinct: list[polars.SectionPolar] = []
     index = []
     for polar in flown:
@@ -213,11 +213,16 @@ def _of_several(families: dict[str, list[Airfoil]], between: Sequence[Between],
     def levels_of(name: str, effect: float, cm: float) -> tuple[Level, ...]:
         """Add a section's tables, moved as said above and without the lattice's own moment."""
         found: dict[float, list[int]] = {}
+        # What separation leaves of a flap is in the tables of it, if there are any.
+        measured = effect > 0.0 and any(each.deflection for each in families[name])
         for airfoil, polar in zip(families[name], polar_of[name]):
             if airfoil.deflection == 0.0 or effect > 0.0:
                 found.setdefault(airfoil.deflection, []).append(len(made))
                 made.append(polars.moved(polar, effect * airfoil.deflection,
                                          cm * airfoil.deflection))
+                if measured:
+                    made[-1] = replace(made[-1], separated_high=polars.NEVER,
+                                       separated_low=-polars.NEVER)
                 logs.append(math.log(airfoil.reynolds) if airfoil.reynolds else 0.0)
         return tuple(Level(each, rows[0], rows[-1]) for each, rows in found.items())
 

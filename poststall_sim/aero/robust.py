@@ -24,6 +24,7 @@ from poststall_sim.aero.decambering import (
     strip_theory,
     wrap,
 )
+from poststall_sim.aero.flaps import looked_up
 from poststall_sim.aero.polars import lift
 from poststall_sim.aero.quasi_newton import MOST_STEPS, broyden_step, factor, newton_step
 from poststall_sim.aero.schemes import LARGEST_STEP
@@ -86,7 +87,9 @@ def _strip(j, alpha, strips, linear, curve, value):
     On the curve the lattice has to carry q = pi c Ue tan(phi), phi of `potential_angle`, here by
     its sine, with the chord turned by phi - alpha.
     """
-    cl, slope = lift(curve, alpha + strips[6, j])
+    angle, gain = looked_up(j, alpha, strips)
+    cl, slope = lift(curve, angle)
+    slope *= gain
     u, w, plate = strips[0, j], strips[1, j], math.pi * strips[2, j]
     sine, rate = cl * PER_TWO_PI, slope * PER_TWO_PI
     if linear:
@@ -240,7 +243,7 @@ def settle(current, delta, strips, operator, linear, curves, polar_index, alpha,
     for j in range(delta.size):
         if strips[7, j] != 0.0:
             phi = potential_angle(
-                curves[polar_index[j]], current[j] + strips[6, j], linear)[0]
+                curves[polar_index[j]], looked_up(j, current[j], strips)[0], linear)[0]
             delta[j] = phi - current[j] + strips[5, j]
             if not linear:
                 delta[j] = wrap(delta[j])

@@ -30,6 +30,7 @@ from poststall_sim.aero.decambering import (
     strip_theory,
     wrap,
 )
+from poststall_sim.aero.flaps import looked_up
 from poststall_sim.aero.polars import lift
 from poststall_sim.aero.quasi_newton import MOST_STEPS, broyden_step, factor, newton_step
 
@@ -161,28 +162,30 @@ LARGEST_UPDATE = math.radians(15.0)
 
 
 @njit(**EXACT)
-def _target(curve, alpha, shift, cl, sigma):
+def _target(j, curve, alpha, strips, cl, sigma):
     """
-    Return the change of delta that brings a strip to the nearest crossing of its trajectory.
+    Return the change of delta that brings strip j to the nearest crossing of its trajectory.
 
     The point moves along (alpha + (sigma / 2 pi - 1) x, cl + sigma x); the nearest crossing with
     the curve is walked to in steps and finished by bisection, on the curve itself.
     """
     rate = sigma / TWO_PI - 1.0
-    start = cl - lift(curve, alpha + shift)[0]
+    start = cl - lift(curve, looked_up(j, alpha, strips)[0])[0]
     if start == 0.0:
         return 0.0
     step = -math.copysign(SEARCH_STEP, start / sigma)
     low, at_low = 0.0, start
     while abs(low) < SEARCH_RANGE:
         high = low + step
-        at_high = cl + sigma * high - lift(curve, alpha + shift + rate * high)[0]
+        at_high = cl + sigma * high - lift(
+            curve, looked_up(j, alpha + rate * high, strips)[0])[0]
         if at_high * start <= 0.0:
             middle = high
             for _ in range(50):
                 share = min(max(at_low / (at_low - at_high), 0.02), 0.98)
                 middle = low + share * (high - low)
-                at_middle = cl + sigma * middle - lift(curve, alpha + shift + rate * middle)[0]
+                at_middle = cl + sigma * middle - lift(
+                    curve, looked_up(j, alpha + rate * middle, strips)[0])[0]
                 if at_middle * start <= 0.0:
                     high, at_high = middle, at_middle
                 else:
@@ -246,7 +249,7 @@ def relaxation(delta, strips, operator, linear, curves, polar_index, sigma, seca
             before[j] = 2.0 * circulation[j] / (speed[j] * strips[2, j])
             if strips[7, j] != 0.0:
                 change[j] = damping * _target(
-                    curves[polar_index[j]], alpha[j], strips[6, j], before[j],
+                    j, curves[polar_index[j]], alpha[j], strips, before[j],
                     TWO_PI if by_a else sigma[j])
         for j in range(n):
             current[j] += 0.5 * (change[j] + change[mirror[j]])

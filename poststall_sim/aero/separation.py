@@ -33,6 +33,7 @@ from poststall_sim.aero.decambering import (
     potential_angle,
     wrap,
 )
+from poststall_sim.aero.flaps import looked_up
 from poststall_sim.frames import FloatArray
 
 MOST_LEAD = math.radians(30.0)
@@ -54,16 +55,17 @@ def static_share(strips, curves, polar_index, angle, share):
     """
     Fill `share` (n,) of the attached lift 2 pi sin(angle - alpha_0L) that the curves have.
 
-    strips (12, n) : see `operating_points`; angle : (n,) [rad]. NaN where a strip fades into
+    strips (16, n) : see `operating_points`; angle : (n,) [rad]. NaN where a strip fades into
     strip theory or has no flow: it stays with its static curve.
     """
     for j in range(angle.size):
         if strips[3, j] < 1.0 or strips[7, j] == 0.0:
             share[j] = math.nan
             continue
-        phi, rate = potential_angle(curves[polar_index[j]], angle[j] + strips[6, j], False)
+        looked_at, gain = looked_up(j, angle[j], strips)
+        phi, rate = potential_angle(curves[polar_index[j]], looked_at, False)
         attached = math.sin(angle[j] - strips[5, j])
-        share[j] = rate if abs(attached) < NO_LIFT else math.sin(phi) / attached
+        share[j] = rate * gain if abs(attached) < NO_LIFT else math.sin(phi) / attached
 
 
 def relaxed(share: FloatArray, strips: FloatArray, mean: FloatArray, angle: FloatArray,

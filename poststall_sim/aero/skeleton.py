@@ -48,12 +48,19 @@ def skeleton(lattice: Lattice, grid: Grid) -> Skeleton:
     left = np.concatenate([corners[:, :, 0], corners[-1:, :, 3]])
     right = np.concatenate([corners[:, :, 1], corners[-1:, :, 2]])
     place = np.concatenate([[0.0], np.cumsum(lattice.strip_width[grid.strips])])
-    middle = 0.5 * (place[1:] + place[:-1])
+    # Strips feel where their flow is tangent, in the middle unless they say otherwise.
+    begin, end = (0.5 * (side[0] + side[1]) for side in (left, right))
+    across = end - begin
+    there = lattice.collocation[grid.panels][:strips] - begin
+    share = np.sum(there * across, axis=-1) / np.sum(across ** 2, axis=-1)
+    middle = place[:-1] + share * np.diff(place)
 
-    # Where the points are felt: (place along the span, place along the chord in rings).
+    # Where the points are felt: (place along the span, place along the chord in rings). The sides
+    # of the last rings are felt as far as the trailing edge, a quarter of a ring from their end.
     at, half = np.arange(rows + 1.0), np.arange(rows) + 0.5
+    sides = np.append(half[:-1], rows - 1 + 0.375)
     felt = np.concatenate([
-        _table(middle, half), _table(middle, at), _table(place, half)])
+        _table(middle, half), _table(middle, at), _table(place, sides)])
     cuts = _cuts(left, right)
     chord = lattice.strip_chord[grid.strips]
     counts = [max(AT_LEAST, math.ceil(PER_CHORD * (place[end] - place[begin])

@@ -20,6 +20,7 @@ from scipy.linalg import lu_solve
 from poststall_sim import fuselage
 from poststall_sim.aero import images, loads, separation, wash
 from poststall_sim.aero import wake as wakes
+from poststall_sim.aero.flaps import look_up
 from poststall_sim.aero.lattice import Lattice
 from poststall_sim.aero.model import (
     Model,
@@ -118,17 +119,20 @@ def _result(model: Model, onset: Onset, boundary: Boundary, operating: Operating
     if rate is not None:
         loads.added_mass_force(
             density, rate, lattice.area, lattice.normal, model.collocation_arm, total)
-    looked_up = operating.alpha + boundary.strips[6]
+    looked_up, left, fall = np.empty((3, n))
+    look_up(operating.alpha, boundary.strips, looked_up, left, fall)
     stalled = (looked_up > lattice.stall_high) | (looked_up < lattice.stall_low)
     if not settings.decambering:
         looked_up = np.clip(looked_up, lattice.stall_low, lattice.stall_high)
         stalled = np.zeros(n, dtype=bool)
     values = np.empty((n, 4))
     sections(lattice.curves, lattice.polar_index, looked_up, values)
+    # The lattice has the flaps' own moment whole: what separation takes of it is taken here.
+    moment = values[:, 2] - (1.0 - left) * (boundary.angles @ lattice.load_moment)
     loads.section_force(
-        density, operating.alpha, operating.speed, values[:, 1], values[:, 2],
+        density, operating.alpha - boundary.pivot, operating.speed, values[:, 1], moment,
         lattice.strip_chord, lattice.strip_width, lattice.chord_axis, lattice.strip_normal,
-        lattice.span_axis, model.quarter_arm, total)
+        lattice.moment_axis, model.quarter_arm, total)
     aircraft = model.aircraft
     if aircraft.bodies:
         total += fuselage.load(aircraft.bodies, aircraft.mass.cg_G, onset.at, density)
@@ -139,7 +143,7 @@ def _result(model: Model, onset: Onset, boundary: Boundary, operating: Operating
     lift = 2.0 * operating.circulation / (np.maximum(operating.speed, 1e-12) * lattice.strip_chord)
     return AeroResult(
         force_G=total[:3], moment_G=total[3:], circulation=circulation,
-        strips=Strips(alpha=operating.alpha, cl=lift, cd=values[:, 1], cm=values[:, 2],
+        strips=Strips(alpha=operating.alpha, cl=lift, cd=values[:, 1], cm=moment,
                       delta=operating.delta, circulation=operating.circulation,
                       residual=operating.residual, stalled=stalled),
         status=status, iterations=operating.iterations, max_residual=worst,
@@ -147,16 +151,18 @@ def _result(model: Model, onset: Onset, boundary: Boundary, operating: Operating
 
 
 def steady(model: Model, onset: Onset, deflections: FloatArray, *, density: float,
-           delta0: FloatArray | None = None, path: FloatArray = NO_PATH) -> AeroResult:
+           delta0: FloatArray | None = None, path: FloatArray = NO_PATH,
+           angles: FloatArray | None = None) -> AeroResult:
     """
     Return loads and strips in steady flow, all surfaces and their straight wakes at once.
 
-    deflections : (controls,) [rad]; delta0 : (n,) where the decambering starts, 0 without;
-    past stall the closure may have several solutions, and the start chooses among them.
+    deflections : (controls,) [rad]; angles : see `boundary_condition`; delta0 : (n,) where the
+    decambering starts, 0 without; past stall the closure may have several solutions, and the
+    start chooses among them.
     path (k, 2 n) : filled with the points (alpha, cl) of the first iterates of schemes A to D.
     """
     lattice = model.lattice
-    problem = steady_problem(model, onset, deflections)
+    problem = steady_problem(model, onset, deflections, angles)
     boundary = problem.boundary
     start = np.zeros(lattice.strips) if delta0 is None else delta0
     operating = decamber(model, boundary, problem.operator, start, path)
@@ -171,16 +177,18 @@ def steady(model: Model, onset: Onset, deflections: FloatArray, *, density: floa
 
 def start(model: Model, onset: Onset, placement: Placement, deflections: FloatArray, *,
           density: float, dt: float, at_rest: bool = False,
-          delta0: FloatArray | None = None) -> tuple[FlowState, AeroResult]:
+          delta0: FloatArray | None = None,
+          angles: FloatArray | None = None) -> tuple[FlowState, AeroResult]:
     """
     Return the flow that a march begins with, and its loads.
 
     From the steady solution with its straight wake; at_rest True: a wake without strength, the
-    impulsive start. dt [s] sets the length of the wake's rows.
+    impulsive start. dt [s] sets the length of the wake's rows; angles : see
+    `boundary_condition`.
     """
     lattice = model.lattice
-    result = steady(model, onset, deflections, density=density, delta0=delta0)
-    boundary = boundary_condition(model, onset, deflections)
+    result = steady(model, onset, deflections, density=density, delta0=delta0, angles=angles)
+    boundary = boundary_condition(model, onset, deflections, angles)
     fade = boundary.fade
     bare = -(model.bound_inverse @ boundary.level)
     speed = float(np.linalg.norm(onset.velocity_G))
@@ -214,17 +222,19 @@ def start(model: Model, onset: Onset, placement: Placement, deflections: FloatAr
 def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
             deflections: FloatArray, *, density: float, dt: float, drift_N: FloatArray,
             drift_at: Callable[[FloatArray], FloatArray] | None = None,
-            ) -> tuple[FlowState, AeroResult]:
+            angles: FloatArray | None = None) -> tuple[FlowState, AeroResult]:
     """
     Return flow and loads one step later.
 
     The step goes from t to t + dt; onset, placement and deflections are those of t + dt. All
     surfaces have moved to ``placement``; the wake has drifted by drift_N (3,) [m] with the wind,
-    and by drift_at(points (k, 3) in N) more where that differs from place to place.
+    and by drift_at(points (k, 3) in N) more where that differs from place to place. angles : see
+    `boundary_condition`.
     """
     lattice, settings = model.lattice, model.settings
     if not settings.unsteady:
-        result = steady(model, onset, deflections, density=density, delta0=flow.delta)
+        result = steady(
+            model, onset, deflections, density=density, delta0=flow.delta, angles=angles)
         return replace(flow, circulation=result.circulation, previous=flow.circulation,
                        delta=result.strips.delta, steps=flow.steps + 1), result
     wake_placement = placement
@@ -249,7 +259,7 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
     direction = wake_direction(onset.velocity_G)
     if direction @ response.direction < math.cos(REFRESH_ANGLE):
         response = own_response(model, direction)
-    boundary = boundary_condition(model, onset, deflections)
+    boundary = boundary_condition(model, onset, deflections, angles)
     faded = not np.all(boundary.fade == 1.0)
     if faded:
         response = response.with_far(lattice)

@@ -33,6 +33,10 @@ OTHER_CORE = 0.05
 """Core of wakes and rings of other surfaces, in strip widths."""
 
 
+EVERY = 8
+"""Rows of a wake from one whose drift in uneven air is asked for to the next."""
+
+
 class Shape(enum.Enum):
     """Where the rows of a wake go once they are shed."""
 
@@ -104,15 +108,21 @@ class Wake:
         return replace(self, settled=settled, first=settled.first)
 
     def carried(self, step_at: Callable[[FloatArray], FloatArray]) -> 'Wake':
-        """Return the wake with nodes behind the first row displaced by step_at(nodes) [m] in N."""
-        nodes, moving = self.nodes_N, len(self.moving_A)
-        behind = nodes[1:]
-        behind += step_at(behind.reshape(-1, 3)).reshape(behind.shape)
-        nodes -= self.drift_N
+        """
+        Return the wake with nodes behind the first row displaced by step_at(nodes) [m] in N.
+
+        Asked for every `EVERY`-th row and the last; between them the steps are linear.
+        """
+        asked = np.array([*range(1, self.rows, EVERY), self.rows])
+        moving, before = self.moving_A.copy(), len(self.moving_A)
+        first = int(np.searchsorted(asked, before))
+        nodes_N = np.concatenate(
+            [moving[asked[:first]], self.settled_A[asked[first:] - before]]) + self.drift_N
+        step = step_at(nodes_N.reshape(-1, 3)).reshape(nodes_N.shape)
         rings = self.settled.rings[self.first:self.first + len(self.settled_A)]
-        settled = History(nodes[moving:], rings)
-        return replace(self, moving_A=np.concatenate([self.moving_A[:1], nodes[1:moving]]),
-                       settled=settled, first=settled.first)
+        settled = History(self.settled_A, rings)
+        _carry(moving, settled.nodes[settled.first:], asked, step)
+        return Wake(moving, self.moving_rings, settled, settled.first, self.rows, self.drift_N)
 
     def moved(self, step_N: FloatArray) -> 'Wake':
         """Return the wake with its moving nodes, but the first row, displaced by step_N [m]."""
@@ -174,6 +184,21 @@ def _farthest(a, b):
             square += (a[k, c] - b[k, c]) ** 2
         longest = max(longest, square)
     return math.sqrt(longest)
+
+
+@njit(cache=True, nogil=True)
+def _carry(moving, settled, asked, step):
+    """Add steps (k, n, 3) at asked rows (k,), and between them, to all rows (m, n, 3) of nodes."""
+    for k in range(asked.size):
+        last = asked[k]
+        first = asked[k - 1] if k > 0 else last - 1
+        for row in range(first + 1, last + 1):
+            share = (row - first) / (last - first)
+            nodes = moving[row] if row < moving.shape[0] else settled[row - moving.shape[0]]
+            before, after = step[max(k - 1, 0)], step[k]
+            for j in range(nodes.shape[0]):
+                for c in range(3):
+                    nodes[j, c] += before[j, c] + share * (after[j, c] - before[j, c])
 
 
 @njit(cache=True, nogil=True)

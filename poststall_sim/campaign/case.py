@@ -17,10 +17,12 @@ import numpy as np
 
 from poststall_sim.aero.model import Settings
 from poststall_sim.aircraft import Aircraft
+from poststall_sim.atmosphere import Atmosphere
 from poststall_sim.autopilot_law import Law
 from poststall_sim.campaign.sampling import Value
 from poststall_sim.frames import FloatArray
 from poststall_sim.scenario import Scenario
+from poststall_sim.weather import Weather
 
 
 class Outcome(enum.Enum):
@@ -86,7 +88,7 @@ class Flying:
 
     initial: Initial
     duration: float
-    wind_N: tuple[float, float, float]
+    weather: Weather
     dt: float | None
     scenario: Scenario | None
     law: Law | None
@@ -127,6 +129,7 @@ class Case:
     settings: Settings
     task: Flying | Steady
     quantities: tuple[str, ...]
+    atmosphere: Atmosphere
     model_key: str
 
 

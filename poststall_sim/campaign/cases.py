@@ -13,11 +13,12 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from poststall_sim import definition, flight_file, jobs
+from poststall_sim import air_reader, definition, flight_file, jobs
 from poststall_sim.aero.model import DEFAULTS, Settings
 from poststall_sim.aero.separation import Separation
 from poststall_sim.aero.wake import Shape
 from poststall_sim.aircraft import Aircraft, ConfigError
+from poststall_sim.atmosphere import STANDARD, Atmosphere
 from poststall_sim.autopilot_law import Law
 from poststall_sim.campaign import paths, pilots, sampling
 from poststall_sim.campaign.case import Case, Flying, Initial, Recovered, Steady, Stop
@@ -25,6 +26,7 @@ from poststall_sim.campaign.definition import EXAMPLE, FLIGHT, NOBODY, Campaign
 from poststall_sim.campaign.sampling import Distribution, Value
 from poststall_sim.reader import Place, Reader, shown
 from poststall_sim.scenario import Scenario
+from poststall_sim.weather import CALM
 
 CPU_LIMIT = 600.0
 """Of a flight, where nothing else is asked for [s of processor time]."""
@@ -54,12 +56,17 @@ class Builder:
         tree = paths.changed(campaign.tree, inputs, campaign.where)
         aircraft, key = self._read_aircraft(tree, inputs)
         settings = _settings(Reader(tree['settings'], campaign.where.key('settings')))
-        task = self._flying(tree, aircraft) if campaign.kind == FLIGHT else \
-            _steady(campaign.kind, Reader(tree['condition'], campaign.where.key('condition')))
+        seed = sampling.case_seed(campaign.seed, index)
+        atmosphere = STANDARD
+        if campaign.kind == FLIGHT:
+            task, atmosphere = self._flying(tree, aircraft, seed)
+        else:
+            task = _steady(campaign.kind,
+                           Reader(tree['condition'], campaign.where.key('condition')))
         return Case(
-            index=index, seed=sampling.case_seed(campaign.seed, index), inputs=inputs,
+            index=index, seed=seed, inputs=inputs, atmosphere=atmosphere,
             aircraft=aircraft, settings=settings, task=task, quantities=campaign.quantities,
-            model_key=f'{key} {settings!r}')
+            model_key=f'{key} {settings!r} {atmosphere!r}')
 
     def _read_aircraft(self, tree: Mapping[str, Any],
                        inputs: Mapping[str, Value]) -> tuple[Aircraft, str]:
@@ -74,7 +81,8 @@ class Builder:
             self._aircraft[own] = read, print_of
         return self._aircraft[own]
 
-    def _flying(self, tree: dict[str, Any], aircraft: Aircraft) -> Flying:
+    def _flying(self, tree: dict[str, Any], aircraft: Aircraft,
+                seed: int) -> tuple[Flying, Atmosphere]:
         where = self.campaign.where
         scenario: Scenario | None = None
         law, autopilot = None, None
@@ -98,17 +106,27 @@ class Builder:
                               'how long to fly')
         spin = where.key('spin_alpha_deg').number(tree.get('spin_alpha_deg', 16.0),
                                                   within=(0.0, 90.0))
+        initial = _initial(Reader(tree['initial'], where.key('initial')), scenario)
+        if scenario is not None and not tree['air']:
+            atmosphere, weather = scenario.atmosphere, scenario.weather
+        else:
+            atmosphere, weather = air_reader.air(
+                Reader(tree['air'], where.key('air')), initial.altitude)
+        if weather.turbulence is not None:   # another one in each case
+            weather = dataclasses.replace(weather, turbulence=dataclasses.replace(
+                weather.turbulence, seed=seed % 2 ** 53))
         return Flying(
-            initial=_initial(Reader(tree['initial'], where.key('initial')), scenario),
+            initial=initial, weather=weather,
             duration=numbers.get('duration_s') or scenario.duration,
-            wind_N=_wind(Reader(tree['air'], where.key('air'))), dt=numbers.get('dt_s'),
+            dt=numbers.get('dt_s'),
             scenario=None if scenario is None else dataclasses.replace(
-                scenario, name='scenario', duration=1.0, airspeed=1.0, altitude=1.0),
+                scenario, name='scenario', duration=1.0, airspeed=1.0, altitude=1.0,
+                atmosphere=STANDARD, weather=CALM),
             law=law, autopilot=autopilot,
             recovered=_recovered(Reader(tree['recovered'], where.key('recovered'))),
             spin_alpha=math.radians(spin), stop=_stop(Reader(tree['stop'], where.key('stop'))),
             history_every=self.campaign.history_every,
-            cpu_limit=numbers.get('cpu_limit_s', CPU_LIMIT))
+            cpu_limit=numbers.get('cpu_limit_s', CPU_LIMIT)), atmosphere
 
 
 def functions(campaign: Campaign) -> list[str]:
@@ -197,13 +215,6 @@ def _initial(read: Reader, scenario: Scenario | None) -> Initial:
         heading=angle('heading_deg', (-360.0, 360.0)) or 0.0,
         rates_B=tuple(angle(f'{name}_rate_deg_s', _RATE) or 0.0
                       for name in ('roll', 'pitch', 'yaw')))
-
-
-def _wind(read: Reader) -> tuple[float, float, float]:
-    north, east, up = (read.number(f'wind_{way}_m_s', default=0.0, within=(-100.0, 100.0))
-                       for way in ('north', 'east', 'up'))
-    read.done()
-    return north, east, -up
 
 
 def _law(read: Reader) -> Law:

@@ -10,7 +10,7 @@ short flight.
 import math
 import time
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -21,10 +21,10 @@ from poststall_sim import polar as polars
 from poststall_sim.aero import model as models
 from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.atmosphere import standard_air
 from poststall_sim.campaign import pilots
 from poststall_sim.campaign.case import Case, Flying, Initial, Outcome, Result, Steady
 from poststall_sim.campaign.measures import Measures
+from poststall_sim.failures import Failure
 from poststall_sim.frames import quaternion_from_euler, rotation, velocity_from_flow_angles
 from poststall_sim.simulation import Flight
 from poststall_sim.stability.modes import CLASSICAL, plain
@@ -64,7 +64,7 @@ def compute(case: Case) -> Result:
     What is wrong with it, and no result, is a result too; only a user's own function may raise.
     """
     try:
-        model = _models.get(case.model_key, lambda: models.build(case.aircraft, case.settings))
+        model = _models.get(case.model_key, lambda: _built(case))
         if isinstance(case.task, Flying):
             return _flown(model, case, case.task)
         found, complaint = _STEADY[case.task.kind](model, case.task)
@@ -75,9 +75,13 @@ def compute(case: Case) -> Result:
     return Result(Outcome.DONE, '', found)
 
 
+def _built(case: Case) -> Model:
+    return models.build(case.aircraft, case.settings, case.atmosphere)
+
+
 def warm(case: Case) -> None:
     """Fly a few steps of a case, so that all of it is compiled and kept on disk."""
-    model = models.build(case.aircraft, case.settings)
+    model = _built(case)
     try:
         flight = _started(model, case.model_key, case.task)
     except ConfigError:
@@ -98,7 +102,7 @@ def _started(model: Model, key: str, task: Flying) -> Flight:
     if found.status is not Status.CONVERGED:
         raise ConfigError(f'no trim at {initial.trim_airspeed:g} m/s: '
                           + trim_jobs.explained(found.message))
-    wind = np.array(task.wind_N)
+    wind = task.weather.mean_N(initial.altitude)
     alpha = found.alpha if initial.alpha is None else initial.alpha
     pitch = trim.pitch_angle(alpha, initial.beta, initial.roll, found.climb_angle) \
         if initial.pitch is None else initial.pitch
@@ -110,7 +114,7 @@ def _started(model: Model, key: str, task: Flying) -> Flight:
     fastest = max(initial.airspeed, initial.trim_airspeed)
     dt_ns = simulation.automatic_dt_ns(model, fastest) if task.dt is None else \
         round(task.dt * 1e9)
-    return Flight(model, body, found.controls, dt_ns=dt_ns, wind_N=wind,
+    return Flight(model, body, found.controls, dt_ns=dt_ns, weather=task.weather,
                   delta0=found.aero.strips.delta)
 
 
@@ -121,8 +125,12 @@ def _flown(model: Model, case: Case, task: Flying) -> Result:
     command = pilots.commanding(flight, task, case.seed)
     measures, begun, end = Measures(flight, task), time.thread_time(), round(task.duration * 1e9)
     outcome, reason, steps = Outcome.DONE, '', 0
+    failed: Mapping[str, Failure] = {}
     while flight.snapshot.time_ns < end:
         before = flight.snapshot
+        if task.scenario is not None and \
+                failed != (failed := task.scenario.failures(before.time)):
+            flight.failures = failed
         snapshot = flight.step(command(before))
         steps += 1
         if snapshot is not before:
@@ -147,7 +155,7 @@ def _flown(model: Model, case: Case, task: Flying) -> Result:
 def _polar(model: Model, task: Steady) -> tuple[dict[str, Any], str]:
     deflected = jobs.deflections(model, dict(task.deflections))
     at = polars.Condition(task.alpha, task.beta, np.array(task.rates), deflected)
-    air = standard_air(task.altitude)
+    air = model.atmosphere.at(task.altitude)
     found = polars.point(model.at(task.airspeed, air.kinematic_viscosity, deflected), at,
                          airspeed=task.airspeed, density=air.density)
     numbers = {name: getattr(found.coefficients, name) for name in jobs.COEFFICIENTS}

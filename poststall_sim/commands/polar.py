@@ -65,6 +65,8 @@ def _add_study(group) -> None:
                        help='where each point starts: no decambering, one iteration of scheme '
                        'A, the point before (default), or the nearest one in the JSON of an '
                        'earlier run')
+    group.add_argument('--axial-wake', action='store_true',
+                       help='straight wakes along x, as in AVL, instead of with the flow')
     group.add_argument('--angle-form', choices=('exact', 'linear'), default='exact',
                        help="linear: the dissertation's small angles (default exact)")
     group.add_argument('--tolerance', type=values.positive, metavar='X',

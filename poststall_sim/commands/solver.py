@@ -10,6 +10,7 @@ from typing import Any
 from poststall_sim import __version__, terminal
 from poststall_sim import option_values as values
 from poststall_sim.aero import model as models
+from poststall_sim.atmosphere import STANDARD, Atmosphere
 
 Command = Callable[[str, str, str, str | None], argparse.ArgumentParser]
 """Adds a command: its name, what it does, an example of its options, its default aircraft."""
@@ -17,7 +18,12 @@ Command = Callable[[str, str, str, str | None], argparse.ArgumentParser]
 
 def add_options(command: argparse.ArgumentParser, *,
                 closure: str = '(default nonlocal)') -> argparse._ArgumentGroup:
-    """Add the options of the solver and return their group, for those of one command."""
+    """Add the options of air and solver; return the latter's group, for those of one command."""
+    air = command.add_argument_group('air')
+    air.add_argument('--temperature-offset', type=values.within(values.TEMPERATURE_OFFSET),
+                     metavar='K', help='warmer than the standard atmosphere (default 0)')
+    air.add_argument('--qnh', type=values.within(values.QNH), metavar='HPA',
+                     help='pressure at sea level (default 1013.25)')
     group = command.add_argument_group('solver')
     group.add_argument('--panels', type=values.count, metavar='N',
                        help='panels along every chord (default 4)')
@@ -39,21 +45,29 @@ def add_options(command: argparse.ArgumentParser, *,
 def aircraft(arguments: argparse.Namespace):
     """Return the aircraft that the options name."""
     from poststall_sim import definition
-    return definition.aircraft(definition.find(definition.Kind.AIRCRAFT, arguments.aircraft))
+    defined = definition.aircraft(
+        definition.find(definition.Kind.AIRCRAFT, arguments.aircraft))
+    for assumption in defined.assumptions:
+        terminal.complain(f'{defined.name}: {assumption}')
+    return defined
 
 
-def model(arguments: argparse.Namespace):
-    """Return the model that the options ask for."""
+def model(arguments: argparse.Namespace, atmosphere: Atmosphere = STANDARD):
+    """Return the model that the options ask for; what they do not say of the air is given."""
     defined = aircraft(arguments)
     names = [surface.name for surface in defined.surfaces]
     strips = _of_surfaces('strips', arguments.strips, names,
                           [surface.strips for surface in defined.surfaces])
     cut = replace(defined, surfaces=tuple(
-        replace(surface, strips=int(n)) for surface, n in zip(defined.surfaces, strips)))
+        surface.cut(int(n)) for surface, n in zip(defined.surfaces, strips)))
     ell = _of_surfaces('ell', arguments.ell, names, [models.DEFAULTS.ell] * len(names))
     settings = _settings(arguments, ell[0] if len(set(ell)) == 1 else tuple(ell))
+    given = {'temperature_offset': arguments.temperature_offset,
+             'sea_level_pressure': None if arguments.qnh is None else 100.0 * arguments.qnh}
+    atmosphere = replace(
+        atmosphere, **{name: value for name, value in given.items() if value is not None})
     with terminal.patience():
-        return models.build(cut, settings)
+        return models.build(cut, settings, atmosphere)
 
 
 def _of_surfaces(option: str, given: list[dict[str, float]], names: list[str],
@@ -108,7 +122,8 @@ def _settings(arguments: argparse.Namespace, ell: float | tuple[float, ...]):
         closure=closure, ell=ell, decambering=not arguments.no_decambering,
         angle_form=AngleForm(asked.get('angle_form', 'exact')),
         start=Start(start) if start in ('zero', 'schemeA1') else Start.GIVEN,
-        symmetric=asked.get('symmetric', False), unsteady='angle_form' not in asked,
+        symmetric=asked.get('symmetric', False), axial_wake=asked.get('axial_wake', False),
+        unsteady='angle_form' not in asked,
         **{key: value for key, value in given.items() if value is not None})
 
 
@@ -122,11 +137,15 @@ def head(arguments: argparse.Namespace, model) -> dict[str, Any]:
         'closure': settings.closure.value, 'scheme': settings.scheme.value if local else 'newton',
         'reference': {'area_m2': reference.area, 'chord_m': reference.chord,
                       'span_m': reference.span, 'cg_m': list(model.aircraft.mass.cg_G)},
+        'atmosphere': {'temperature_offset_K': model.atmosphere.temperature_offset,
+                       'sea_level_pressure_Pa': model.atmosphere.sea_level_pressure,
+                       'density_kg_m3': model.atmosphere.density},
         'settings': {
             'panels': settings.chordwise, 'closure': settings.closure.value,
             'strips': {grid.name: grid.strips.stop - grid.strips.start
                        for grid in model.lattice.grids},
             'ell_chords': settings.ell, 'decambering': settings.decambering,
-            'angle_form': settings.angle_form.value, 'damping': settings.damping,
+            'angle_form': settings.angle_form.value, 'axial_wake': settings.axial_wake,
+            'damping': settings.damping,
             'symmetric': settings.symmetric, 'tolerance': settings.tolerance,
             'limit': settings.limit}}

@@ -31,6 +31,8 @@ def add(command: Command) -> argparse.ArgumentParser:
                       help='(default 0)')
     trim.add_argument('--climb', type=values.within(values.CLIMB), metavar='DEG',
                       help='climb angle of the powered trims (default 0)')
+    trim.add_argument('--failed', default='', metavar='NAME,...',
+                      help='engines that do not work')
     trim.add_argument('--all', action='store_true', help='all straight trims that an airspeed '
                       'has, before and past the stall, by continuation in the angle of attack')
     group = trim.add_argument_group('manoeuvres', 'all six balances at once, within the limits '
@@ -88,6 +90,8 @@ def _refuse_idle(arguments: argparse.Namespace) -> None:
                           'and without manoeuvres and --alpha')
     if arguments.climb is not None and arguments.throttle is not None:
         raise ConfigError('--climb and --throttle: give one, the other is found')
+    if arguments.failed and (arguments.all or arguments.alpha and not manoeuvre):
+        raise ConfigError('--failed is of flight at an airspeed and of manoeuvres')
     if arguments.pull_up is not None and not arguments.airspeed:
         raise ConfigError('--pull-up is of an airspeed: give --airspeed')
     if manoeuvre and arguments.airspeed and arguments.alpha and not arguments.hold:
@@ -100,6 +104,7 @@ def _found(arguments: argparse.Namespace, model) -> Iterable[dict]:
     from poststall_sim.aircraft import ConfigError
     if arguments.climb is not None and not model.aircraft.engines:
         raise ConfigError(f'{model.aircraft.name} has no engine: --climb has no effect')
+    failed = _failed(arguments, model)
     altitude, climb = arguments.altitude, math.radians(arguments.climb or 0.0)
     if any(getattr(arguments, name) not in (None, False, {}) for name in _MANOEUVRE):
         tasks = list(_tasks(arguments, model))
@@ -116,13 +121,21 @@ def _found(arguments: argparse.Namespace, model) -> Iterable[dict]:
     if arguments.airspeed:
         yield from terminal.watched(
             trim_jobs.straight_trims(model, arguments.airspeed, altitude=altitude,
-                                     climb_angle=climb), len(arguments.airspeed), 'trim')
+                                     climb_angle=climb, failed=failed),
+            len(arguments.airspeed), 'trim')
     if arguments.alpha:
         powered = arguments.climb is not None and not arguments.airspeed
         yield from terminal.watched(
             trim_jobs.along_alpha(model, np.radians(arguments.alpha), altitude=altitude,
                                   climb_angle=climb if powered else None),
             len(arguments.alpha), 'trim' if powered else 'glide')
+
+
+def _failed(arguments: argparse.Namespace, model) -> frozenset[str]:
+    """Return the names of the engines that do not work."""
+    failed = frozenset(arguments.failed.split(',') if arguments.failed else ())
+    model.aircraft.require_engines(failed)
+    return failed
 
 
 def _tasks(arguments: argparse.Namespace, model) -> Iterable:
@@ -149,7 +162,8 @@ def _tasks(arguments: argparse.Namespace, model) -> Iterable:
                 climb_angle=None if gliding or throttle is not None else
                 radians(arguments.climb or 0.0),
                 beta=radians(arguments.sideslip), bank=radians(arguments.bank), turn_rate=turn,
-                coordinated=arguments.coordinated, held=held)
+                coordinated=arguments.coordinated, held=held,
+                failed=_failed(arguments, model))
             yield task if arguments.pull_up is None else \
                 trim_jobs.pulling(task, arguments.pull_up)
 

@@ -12,10 +12,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import Aircraft
+from poststall_sim.survey import Survey
 
-__all__ = ['airfoil_figure', 'campaign_figures', 'flight_figures', 'modes_figure', 'polar_figure',
-           'trim_figure']
+__all__ = ['aircraft_figure', 'airfoil_figure', 'campaign_figures', 'derivatives_figure',
+           'flight_figures', 'modes_figure', 'polar_figure', 'trim_figure']
 
 
 def flight_figures(bag_path: str | os.PathLike[str], output_dir: str | os.PathLike[str], *,
@@ -52,6 +54,18 @@ def modes_figure(result: Mapping[str, Any], path: str | os.PathLike[str]) -> Pat
     """Draw root loci and modes over alpha from what ``poststall modes`` writes as JSON."""
     from poststall_sim.plots import modes
     return modes.draw_modes(result, Path(path))
+
+
+def derivatives_figure(result: Mapping[str, Any], path: str | os.PathLike[str]) -> Path:
+    """Draw derivatives over alpha from what ``poststall derivatives`` writes as JSON."""
+    from poststall_sim.plots import derivatives
+    return derivatives.draw_derivatives(result, Path(path))
+
+
+def aircraft_figure(model: Model, figures: Survey, path: str | os.PathLike[str]) -> Path:
+    """Draw three views and an isometric of an aircraft, with its strips and controls."""
+    from poststall_sim.plots import drawing
+    return drawing.draw_aircraft(model, figures, Path(path))
 
 
 def airfoil_figure(result: Mapping[str, Any], path: str | os.PathLike[str]) -> Path:

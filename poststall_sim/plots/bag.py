@@ -23,7 +23,8 @@ class FlightData:
     """
     One flight on one time base (n,), in ROS axes [m, s, rad]; None what the bag has not.
 
-    position (n, 3) in map; attitude (n, 3, 3) base_link in map; lift: lift coefficient of the
+    position (n, 3) in map; attitude (n, 3, 3) base_link in map; rates (n, 3) of the aircraft in
+    B; lift: lift coefficient of the
     aircraft without thrust; deflections on the time base, commands over their own, by name;
     solver: numbers in its diagnostics by key; shape: polygons of the aircraft in base_link;
     notes: what is missing or assumed.
@@ -33,6 +34,7 @@ class FlightData:
     time: FloatArray
     position: FloatArray | None
     attitude: FloatArray | None
+    rates: FloatArray | None
     airspeed: FloatArray | None
     alpha: FloatArray | None
     beta: FloatArray | None
@@ -71,7 +73,11 @@ def flight_data(path: str | Path, aircraft: Aircraft | None = None) -> FlightDat
         When it cannot be read or holds none of the simulator's topics.
 
     """
-    bag = Lookup(recording.read(path))
+    return of_topics(Lookup(recording.read(path)), Path(path).resolve().name, aircraft)
+
+
+def of_topics(bag: Lookup, name: str, aircraft: Aircraft | None = None) -> FlightData:
+    """Return the flight in topics that have been read, of a bag of this name; see above."""
     if aircraft is None:
         aircraft = _named_aircraft(bag)
     strips = strip_data(bag, aircraft)
@@ -84,8 +90,9 @@ def flight_data(path: str | Path, aircraft: Aircraft | None = None) -> FlightDat
         bag.notes.append('not in the bag: ' + ', '.join(missing))
     load = bag.column('air_data/load_factor', 'data')
     return FlightData(
-        name=aircraft.name if aircraft else Path(path).resolve().name,
-        time=time, position=position, attitude=attitude, **air,
+        name=aircraft.name if aircraft else name,
+        time=time, position=position, attitude=attitude,
+        rates=_rates(bag, time), **air,
         sink_rate=_sink_rate(bag, time, position, attitude),
         load_factor=None if load is None else onto(time, load),
         lift=_lift(bag, time, position, air,
@@ -152,6 +159,14 @@ def _air(bag: Lookup, time: FloatArray) -> dict[str, FloatArray | None]:
         bag.notes.append('airspeed, alpha or beta is that of the velocity over the ground')
     return {key: derived[key] if pair is None else onto(time, pair)
             for key, pair in published.items()}
+
+
+def _rates(bag: Lookup, time: FloatArray) -> FloatArray | None:
+    for topic, prefix in (('odom', 'twist.twist.'), ('twist', 'twist.')):
+        found = bag.column(topic, *(f'{prefix}angular.{axis}' for axis in 'xyz'))
+        if found is not None:
+            return swap_body_flu(onto(time, found))
+    return None
 
 
 def _sink_rate(bag: Lookup, time: FloatArray, position: FloatArray | None,

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from poststall_sim.aero import lattice as lattices
+from poststall_sim.aero.flaps import look_up
 from poststall_sim.aero.lattice import Lattice
 from poststall_sim.aero.model import Settings
 from poststall_sim.aero.polars import section
@@ -115,7 +116,7 @@ def strip_data(bag: Lookup, aircraft: Aircraft | None) -> StripData | None:
     if stalled is not None:
         stalled = stalled > 0.5
     elif known is not None and alpha is not None:
-        looked_up = alpha + _flap_shift(bag, known, aircraft, time)
+        looked_up = _looked_up(bag, known, aircraft, time, alpha)
         stalled = (looked_up > known.stall_high) | (looked_up < known.stall_low)
         if attached:
             stalled[:] = False
@@ -149,15 +150,23 @@ def _left(lattice: Lattice) -> FloatArray:
     return swap_body_flu(geometry_to_body(lattice.quarter_chord))[:, 1]
 
 
-def _flap_shift(bag: Lookup, lattice: Lattice, aircraft: Aircraft,
-                time: FloatArray) -> FloatArray:
-    """Return what deflections add to the angle that a section's curve is read at (m, k)."""
-    shift = np.zeros((len(time), lattice.strips))
-    for name, pair in bag.joints('joint_states').items():
-        if name in aircraft.control_names:
-            row = aircraft.control_names.index(name)
-            shift += np.outer(np.interp(time, *pair), lattice.flap_shift[row])
-    return shift
+def _looked_up(bag: Lookup, lattice: Lattice, aircraft: Aircraft, time: FloatArray,
+               alpha: FloatArray) -> FloatArray:
+    """Return the angles (m, k) at which deflections make the sections' curves be read [rad]."""
+    joints = {name: np.interp(time, *pair)
+              for name, pair in bag.joints('joint_states').items()}
+    deflections = np.zeros((len(time), len(aircraft.controls)))
+    for c, name in enumerate(aircraft.control_names):
+        if name in joints:
+            deflections[:, c] = joints[name]
+    strips = np.zeros((16, lattice.strips))
+    strips[12], strips[13] = lattice.stall_high, lattice.separated_high
+    strips[14], strips[15] = lattice.stall_low, lattice.separated_low
+    found, left, fall = np.empty_like(alpha), np.empty(lattice.strips), np.empty(lattice.strips)
+    for i, deflected in enumerate(deflections):
+        strips[6] = lattice.angles(deflected) @ lattice.shift
+        look_up(alpha[i], strips, found[i], left, fall)
+    return found
 
 
 def _greatest_lift(lattice: Lattice) -> FloatArray:

@@ -57,7 +57,7 @@ class AutopilotNode(Node):
         super().__init__('autopilot', **node_options)
         settings = declaration.declare(self, AutopilotSettings)
         self._law, self._lockstep = settings.law, settings.lockstep
-        declaration.follow(self, settings, self._on_settings)
+        declaration.follow(self, declaration.Followed(settings, self._on_settings))
         self._start: dict[str, float] = {}
         self._memory = Memory()
         self._imu: Imu | None = None

@@ -5,7 +5,7 @@
 import array
 import dataclasses
 import difflib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar
 
 from rcl_interfaces.msg import (
@@ -23,7 +23,7 @@ from poststall_sim.aircraft import ConfigError
 Settings = TypeVar('Settings')
 
 _TYPES = {bool: 'true or false', int: 'a whole number', float: 'a number',
-          str: 'text', tuple: 'a list of numbers'}
+          str: 'text', tuple: {float: 'a list of numbers', str: 'a list of texts'}}
 
 SIM_TIME = 'use_sim_time'
 FROM_ROS = (SIM_TIME, 'start_type_description_service')
@@ -72,39 +72,54 @@ def _declared(node: Node, kind: type[Settings], given: dict[str, Any]) -> Settin
     return kind(**values)
 
 
-def follow(node: Node, settings: Settings, changed: Callable[[Settings], None],
-           together: Callable[[Settings], Any] = lambda settings: None) -> None:
+@dataclasses.dataclass(frozen=True, slots=True)
+class Followed:
     """
-    Call ``changed`` with the new record whenever a writable parameter has been set.
+    A record of parameters, and what is called with the new record when one of them was set.
 
     together : raises `ConfigError` for values that do not go together; they are refused.
     """
-    kind = type(settings)
-    by_name = {field.metadata['name']: field for field in dataclasses.fields(kind)}
-    current = [settings]
 
-    def updated(parameters: list[Parameter]) -> dict[str, Any]:
-        return {by_name[p.name].name: _record_value(by_name[p.name], p.value)
-                for p in parameters if p.name in by_name}
+    settings: Any
+    changed: Callable[[Any], None]
+    together: Callable[[Any], Any] = lambda settings: None
+
+
+def follow(node: Node, *followed: Followed) -> None:
+    """
+    Call what is called for a record whenever a writable parameter of it has been set.
+
+    All records of a node at once: rclpy gives each of several functions that convert the
+    parameters the list that was asked for, and sets what all of them return.
+    """
+    current = [each.settings for each in followed]
+    by_name = {field.metadata['name']: (index, field) for index, settings in enumerate(current)
+               for field in dataclasses.fields(settings)}
+
+    def updated(parameters: list[Parameter]) -> Iterator[tuple[int, dict[str, Any]]]:
+        for index in range(len(current)):
+            values = {field.name: _record_value(field, p.value) for p in parameters
+                      for of, field in [by_name.get(p.name, (None, None))] if of == index}
+            if values:
+                yield index, values
 
     def convert(parameters: list[Parameter]) -> list[Parameter]:
-        return [Parameter(p.name, value=_number(by_name[p.name], p.value))
+        return [Parameter(p.name, value=_number(by_name[p.name][1], p.value))
                 if p.name in by_name and p.value is not None else p for p in parameters]
 
     def check(parameters: list[Parameter]) -> SetParametersResult:
         try:
-            values = updated(parameters)
-            _check(kind, values)
-            together(dataclasses.replace(current[0], **values))
+            for index, values in updated(parameters):
+                _check(type(current[index]), values)
+                followed[index].together(dataclasses.replace(current[index], **values))
         except ConfigError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def apply(parameters: list[Parameter]) -> None:
-        values = updated(parameters)
-        if values:
-            current[0] = dataclasses.replace(current[0], **values)
-            changed(current[0])
+        for index, values in updated(parameters):
+            current[index] = dataclasses.replace(current[index], **values)
+            followed[index].changed(current[index])
 
     node.add_pre_set_parameters_callback(convert)
     node.add_on_set_parameters_callback(check)
@@ -167,9 +182,12 @@ def _number(field: dataclasses.Field, value: Any) -> Any:
 
 def _check_type(field: dataclasses.Field, value: Any) -> None:
     """Raise `ConfigError` for a value of another type than the parameter's."""
-    wanted = _TYPES[type(field.default)]
-    numbers = not isinstance(field.default, tuple) or (
-        isinstance(value, list) and all(type(item) is float for item in value))
+    wanted, item = _TYPES[type(field.default)], None
+    if isinstance(field.default, tuple):
+        item = type(field.default[0])
+        wanted = wanted[item]
+    numbers = item is None or (
+        isinstance(value, list) and all(type(each) is item for each in value))
     if type(_ros_value(field.default)) is not type(value) or not numbers:
         shown = list(value) if isinstance(value, array.array) else value
         raise ConfigError(f'parameter {field.metadata["name"]}: must be {wanted}, got {shown!r}')
@@ -189,9 +207,12 @@ def _descriptor(field: dataclasses.Field) -> ParameterDescriptor:
         description=entry['description'], read_only=not entry['writable'])
     if entry['choices']:
         descriptor.additional_constraints = 'one of: ' + ', '.join(entry['choices'])
-    if isinstance(field.default, tuple):
+    if isinstance(field.default, tuple) and entry['low'] is None:
+        descriptor.additional_constraints = 'a list of texts'
+    elif isinstance(field.default, tuple):
+        count = 'any number of' if entry['any_length'] else len(field.default)
         descriptor.additional_constraints = (
-            f'{len(field.default)} values from {entry["low"]:g} to {entry["high"]:g}')
+            f'{count} values from {entry["low"]:g} to {entry["high"]:g}')
     elif isinstance(field.default, float):
         descriptor.floating_point_range = [
             FloatingPointRange(from_value=float(entry['low']), to_value=float(entry['high']))]
@@ -214,10 +235,12 @@ def _check(kind: type, values: dict[str, Any]) -> None:
         if isinstance(value, str) and field.default and not value.strip():
             raise ConfigError(f'parameter {entry["name"]}: must not be empty')
         if isinstance(field.default, tuple):
-            if len(value) != len(field.default) or not all(
-                    entry['low'] <= x <= entry['high'] for x in value):
+            count = 'a list of' if entry['any_length'] else len(field.default)
+            if entry['low'] is not None and (
+                    not entry['any_length'] and len(value) != len(field.default)
+                    or not all(entry['low'] <= x <= entry['high'] for x in value)):
                 raise ConfigError(
-                    f'parameter {entry["name"]}: must be {len(field.default)} numbers from '
+                    f'parameter {entry["name"]}: must be {count} numbers from '
                     f'{entry["low"]:g} to {entry["high"]:g}, got {list(value)}')
         elif entry['low'] is not None and not entry['low'] <= value <= entry['high']:
             raise ConfigError(f'parameter {entry["name"]}: must be from {entry["low"]:g} to '

@@ -2,6 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the simulator counts while it flies, and the diagnostics made from it."""
 
+import math
+
+from poststall_sim.envelope import Excess
+from poststall_sim.fields import Layout, command_values
 from poststall_sim.frames import rotation
 from poststall_sim.ros import optional
 from poststall_sim.ros.commands import CommandDesk, Refusal, Source
@@ -40,11 +44,13 @@ class Health:
             self.tally.statuses[Status.DIVERGED] += 1
 
     def flight(self, snapshot: Snapshot, *, paused: bool, reason: str | None,
-               clock: str, clock_sources: int, waits_for: str = '') -> Condition:
+               clock: str, clock_sources: int, waits_for: str = '',
+               outside: tuple[Excess, ...] = ()) -> Condition:
         """
         Say whether the flight goes on, and if not, why.
 
-        clock : the name of its topic; waits_for : what in lock-step makes the next step.
+        clock : the name of its topic; waits_for : what in lock-step makes the next step; outside :
+        see `envelope`.
         """
         if clock_sources > 1:
             level, text = Level.ERROR, (f'{clock_sources} nodes publish {clock}, one may: set '
@@ -54,6 +60,9 @@ class Health:
         else:
             level, text = Level.OK, ('paused' if paused else f'waits for {waits_for}'
                                      if waits_for else 'flying')
+        beyond = ', '.join(each.text for each in outside)
+        if beyond and level is Level.OK:
+            level, text = Level.WARN, f'outside the method: {beyond}'
         return Condition(level, f'{self._name}: flight', text, {
             'paused': paused,
             'paused_reason': reason or '',
@@ -61,6 +70,8 @@ class Health:
             'airspeed_m_s': float(snapshot.airspeed),
             'alpha_rad': float(snapshot.alpha),
             'beta_rad': float(snapshot.beta),
+            'mach': snapshot.mach,
+            'outside_the_method': beyond,
             'altitude_m': snapshot.body.altitude,
             'sink_rate_m_s': float(
                 (rotation(snapshot.body.q_NB) @ snapshot.body.velocity_B)[2]),
@@ -116,6 +127,36 @@ class Health:
     def solver(self, snapshot: Snapshot) -> Condition:
         """Say how the decambering does."""
         return self.tally.condition(f'{self._name}: solver', snapshot, self.closure)
+
+    def engines(self, snapshot: Snapshot, names: tuple[str, ...]) -> Condition:
+        """Say what each engine does, and which of them do not work."""
+        found = snapshot.engines
+        failed = [name for name, gone in zip(names, found.failed) if gone]
+        empty = [name for name, charge in zip(names, found.charge) if charge <= 0.0]
+        values = {}
+        for i, name in enumerate(names):
+            values[f'{name}_thrust_N'] = float(found.thrust[i])
+            if found.speed[i]:
+                values[f'{name}_rpm'] = float(found.speed[i]) * 30.0 / math.pi
+            if found.voltage[i]:
+                values |= {f'{name}_voltage_V': float(found.voltage[i]),
+                           f'{name}_current_A': float(found.current[i]),
+                           f'{name}_charge': float(found.charge[i])}
+        text = '; '.join(
+            [f'failed: {", ".join(failed)}'] * bool(failed)
+            + [f'battery empty: {", ".join(empty)}'] * bool(empty)) or 'at work'
+        return Condition(Level.WARN if failed or empty else Level.OK,
+                         f'{self._name}: engines', text if names else 'none', values)
+
+    def controls(self, snapshot: Snapshot, layout: Layout, failed: list[str]) -> Condition:
+        """Say what the controls are told and where they are [rad; throttle 0..1]."""
+        told = command_values(snapshot.commanded, layout)
+        values: dict[str, float | str] = {'failed': ', '.join(failed)}
+        for name, actual in command_values(snapshot.controls, layout).items():
+            values |= {f'{name}_commanded': told[name], f'{name}_actual': actual}
+        return Condition(
+            Level.WARN if failed else Level.OK, f'{self._name}: controls',
+            f'failed: {values["failed"]}' if failed else 'none has failed', values)
 
     def commands(self, desk: CommandDesk, time_ns: int, source_asked: str,
                  repeated: int) -> Condition:

@@ -5,13 +5,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
-from poststall_sim import flight_file, topics
+from poststall_sim import failure_reader, flight_file, topics
 from poststall_sim import trim as trims
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.frames import (
@@ -37,7 +39,7 @@ class Operations:
         self._node = node
         for name, operation in (
                 ('reset', self.reset), ('step', self.step), ('trim', self.trim),
-                ('save_state', self.save), ('load_state', self.load)):
+                ('save_state', self.save), ('load_state', self.load), ('gust', self.gust)):
             node.create_service(
                 Trigger, name, _triggered(operation), qos_profile=messages.SERVICES)
         for name, switch in (('pause', self.pause), ('engage', self.engage)):
@@ -53,8 +55,13 @@ class Operations:
         return True, 'paused' if self._node.paused else 'flying'
 
     def reset(self) -> Answer:
-        """Begin the flight again; a pause stays, but for one that the flight itself asked for."""
+        """
+        Begin the flight again, without gusts that were asked for.
+
+        A pause stays, but for one that the flight itself asked for.
+        """
         node = self._node
+        node.flight.weather = replace(node.flight.weather, gusts=())
         to_zero = node.settings.reset_time and not node.follows
         node.desk.reset(node.flight.reset(0 if to_zero else None).time_ns)
         return True, self._begun()
@@ -67,6 +74,21 @@ class Operations:
         node.advance(node.settings.step_count if count is None else count)
         reason = node.flight.paused_reason
         return not reason, reason or f'at simulated time {node.flight.snapshot.time:.9g} s'
+
+    def gust(self) -> Answer:
+        """Put the gust that the parameters describe into the air ahead."""
+        flight, air = self._node.flight, self._node.air
+        snapshot = flight.snapshot
+        place_N = snapshot.body.position_N - flight.carried_N
+        try:
+            gust = air.gust(place_N, rotation(snapshot.body.q_NB) @ snapshot.velocity_air_B)
+            flight.weather = flight.weather.with_gust(
+                gust, 1e-9 * (snapshot.time_ns - flight.began_ns), place_N)
+        except ConfigError as error:
+            return False, str(error)
+        east, north, up = air.gust_velocity
+        return True, (f'{air.gust_shape} of {east:g}, {north:g}, {up:g} m/s east, north, up, '
+                      f'{air.gust_length:g} m long, {air.gust_distance:g} m ahead')
 
     def engage(self, engaged: bool) -> Answer:
         """Listen to the autopilot, or do not."""
@@ -93,14 +115,16 @@ class Operations:
         if on_ground:
             position_N = position_N - [0.0, 0.0, settings.initial_altitude]
         found = trims.straight(
-            flight.model, airspeed=settings.initial_airspeed, altitude=-float(position_N[2]))
+            flight.model, airspeed=settings.initial_airspeed, altitude=-float(position_N[2]),
+            failed=flight.failed_engines)
         if found.status is not Status.CONVERGED:
             raise ConfigError(f'no trim at {settings.initial_airspeed:g} m/s: {found.message}')
         if on_ground:
             heading = float(euler_from_quaternion(q_NB)[2])
-            q_NB = quaternion_from_euler(0.0, found.alpha + found.climb_angle, heading)
+            q_NB = quaternion_from_euler(found.bank, found.pitch, heading)
+        wind_N = flight.weather.mean_N(-float(position_N[2]))
         flight.place(BodyState(
-            position_N, found.velocity_B + rotation(q_NB).T @ flight.wind_N, np.zeros(3), q_NB),
+            position_N, found.velocity_B + rotation(q_NB).T @ wind_N, np.zeros(3), q_NB),
             found.controls, delta0=found.aero.strips.delta)
         self._node.desk.reset(flight.snapshot.time_ns, trim=self._told(found.controls))
         values = ', '.join(
@@ -143,11 +167,14 @@ class Operations:
         except ConfigError as error:
             return False, str(error)
         loaded.gusts = node.flight.gusts
+        loaded.failed_engines = node.flight.failed_engines
         if node.follows or not node.settings.reset_time:
             loaded.set_time(node.flight.snapshot.time_ns)
         node.flight = loaded
         node.desk.reset(loaded.snapshot.time_ns, trim=self._told(loaded.trim),
-                        told=self._told(loaded.snapshot.controls))
+                        told=self._told(loaded.snapshot.commanded))
+        words = failure_reader.words(loaded.failures)
+        node.set_parameters([Parameter('failures', value=words or [''])])
         return True, f'{self._begun()}: {path}'
 
     def _flight_file(self) -> Path:

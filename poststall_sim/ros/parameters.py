@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from poststall_sim.aero import model as models
+from poststall_sim.aero.schemes import Scheme
 from poststall_sim.aero.separation import Separation
 from poststall_sim.aero.wake import Shape
 from poststall_sim.aero.wash import Precision
@@ -17,15 +18,17 @@ _AERO = models.Settings()
 
 def entry(name: str, default: Any, description: str, *, low: float | None = None,
           high: float | None = None, choices: tuple[str, ...] = (),
-          writable: bool = False) -> Any:
+          writable: bool = False, any_length: bool = False) -> Any:
     """
     Return a dataclass field that is a parameter: its ROS name, default, description, range.
 
-    A writable one can be changed while the node runs; the others are read-only.
+    A writable one can be changed while the node runs; the others are read-only. A list has as
+    many values as its default unless it may have any_length; its default is never empty, for ROS
+    does not know the type of an empty list.
     """
     return dataclasses.field(default=default, metadata={
         'name': name, 'description': description, 'low': low, 'high': high,
-        'choices': choices, 'writable': writable})
+        'choices': choices, 'writable': writable, 'any_length': any_length})
 
 
 def rate_entry(rate: Rate, what: str, *, low: float = 0.0, high: float = 10000.0) -> Any:
@@ -114,6 +117,7 @@ class SimulatorSettings(JoySettings):
         Rate.STATE, 'pose, odom, wrench, air_data, joint_states and the like; 0 = off')
     rates_strips: float = rate_entry(Rate.STRIPS, 'strip_*; 0 = off')
     rates_wind: float = rate_entry(Rate.WIND, 'wind/applied; 0 = off')
+    rates_battery: float = rate_entry(Rate.BATTERY, 'battery, of electric engines; 0 = off')
     rates_tf: float = rate_entry(Rate.TF, '/tf, where tf2_msgs is installed; 0 = off')
     rates_views: float = rate_entry(Rate.VIEWS, 'markers and strips; 0 = off')
     rates_path: float = rate_entry(Rate.PATH, 'path; 0 = off')
@@ -130,9 +134,22 @@ class SimulatorSettings(JoySettings):
     initial_altitude: float = entry(
         'initial.altitude', 150.0, 'Altitude above the ground at which the flight starts [m]',
         low=0.1, high=20000.0)
-    wind_velocity: tuple[float, ...] = entry(
-        'wind.velocity', (0.0, 0.0, 0.0), 'Velocity of the air, where it blows TO: east, north, '
-        'up [m/s]', low=-100.0, high=100.0, writable=True)
+    engine_failures: str = entry(
+        'engine_failures', '', 'Names of engines that do not work, with commas between them',
+        writable=True)
+    initial_position: tuple[float, ...] = entry(
+        'initial.position', (0.0, 0.0, 0.0),
+        'Where the flight starts: east, north, up [m]; up 0 = '
+        'initial.altitude', low=-1e6, high=1e6)
+    initial_euler: tuple[float, ...] = entry(
+        'initial.euler_deg', (0.0, 0.0, 0.0),
+        'Attitude at the start: roll to the right, pitch up, '
+        'heading clockwise from north [deg]; in trim the heading alone',
+        low=-360.0, high=360.0)
+    initial_trim: bool = entry(
+        'initial.trim', True,
+        'Start in straight trim; false: in the attitude of initial.euler_deg '
+        'at the airspeed, flow angles and controls of trim')
     command_source: str = entry(
         'command.source', 'auto', 'Who flies; auto: the pilot while his commands are fresh, '
         'else the autopilot; sum: trim and what both add to it',
@@ -147,6 +164,17 @@ class SimulatorSettings(JoySettings):
     command_on_timeout: str = entry(
         'command.on_timeout', 'hold', 'What the controls do without a fresh command',
         choices=('hold', 'trim', 'neutral'), writable=True)
+    surface_rate_limits_deg: tuple[float, ...] = entry(
+        'surface_rate_limits_deg', (-1.0,), 'Rate limit of all actuators, or one for each control '
+        '[deg/s]; 0 or less = as the aircraft has it', low=-1.0, high=1e5, any_length=True)
+    servo_tau: tuple[float, ...] = entry(
+        'servo_tau', (-1.0,), 'Time constant of all actuators, or one for each control [s]; less '
+        'than 0 = as the aircraft has it', low=-1.0, high=10.0, any_length=True)
+    failures: tuple[str, ...] = entry(
+        'failures', ('',), 'What has failed, each NAME:KIND by the name of a part in '
+        "surface_states or of a control: 'elevator:stuck', 'aileron_right:stuck=-5' [deg], "
+        "'rudder:float', 'flap:lost'; an empty word says nothing",
+        writable=True, any_length=True)
     uvlm_chordwise: int = entry(
         'uvlm.chordwise', _AERO.chordwise, 'Panels along every chord [-]', low=1, high=32)
     uvlm_spanwise: int = entry(
@@ -181,6 +209,13 @@ class SimulatorSettings(JoySettings):
     decambering_ell: float = entry(
         'decambering.ell', _AERO.ell, 'Averaging length of the non-local closure [chords]',
         low=0.0, high=10.0)
+    decambering_scheme: str = entry(
+        'decambering.scheme', _AERO.scheme.value, 'How the local closure is solved: a scheme of '
+        'the dissertation, or the one that does not fail',
+        choices=tuple(each.value for each in Scheme))
+    decambering_relaxation: float = entry(
+        'decambering.relaxation', _AERO.damping, 'Under-relaxation of schemes A to D [-]',
+        low=0.01, high=1.0)
     decambering_tolerance: float = entry(
         'decambering.tolerance', _AERO.tolerance, 'Residual at which the iteration ends [rad]',
         low=1e-12, high=0.1)

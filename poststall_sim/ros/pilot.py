@@ -60,6 +60,10 @@ class PilotNode(Node):
         self.get_logger().info(
             f'scenario {self._scenario.name}, {self._scenario.duration:g} s: waiting for the '
             'simulator')
+        if self._scenario.faults:
+            self.get_logger().warning(
+                "a pilot makes nothing fail: set the simulator's parameter failures for what the "
+                'scenario lets fail')
 
     def _on_joint_states(self, message: JointState) -> None:
         """Take the trim from the first message."""

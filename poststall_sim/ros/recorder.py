@@ -62,7 +62,7 @@ class RecorderNode(Node):
         self._expected = set(filter(self._wanted, (
             self.resolve_topic_name(topic.name) for topic in topics.PUBLISHED
             if topic.fields is not None and topic.by_default
-            and topic is not topics.JOINT_STATES and messages.available(topic.type))))
+            and topic.everywhere and messages.available(topic.type))))
         try:
             self._recorder = Recorder(output)
         except BagError as error:

@@ -15,17 +15,21 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-from poststall_sim import cdr, definition, simulation, topics
-from poststall_sim.aero.decambering import Closure
-from poststall_sim.aero.model import Settings
-from poststall_sim.aero.separation import Separation
-from poststall_sim.aero.wake import Shape
-from poststall_sim.aero.wash import Precision
+from poststall_sim import cdr, envelope, failure_reader, topics
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.fields import Fields
-from poststall_sim.frames import swap_ned_enu
-from poststall_sim.ros import declaration, messages, optional, process
+from poststall_sim.ros import (
+    declaration,
+    engine_failures,
+    messages,
+    optional,
+    process,
+    surfaces,
+)
+from poststall_sim.ros.air_settings import AirSettings
 from poststall_sim.ros.commands import CommandDesk, OnTimeout
+from poststall_sim.ros.declaration import Followed
+from poststall_sim.ros.flight_setup import aero_settings, flight_from_settings
 from poststall_sim.ros.health import Health
 from poststall_sim.ros.inbox import Inbox
 from poststall_sim.ros.operations import Operations
@@ -40,37 +44,6 @@ PAUSED_PERIOD = 0.05
 """While paused, /clock is repeated and new subscribers are looked for this often [s]."""
 
 
-def aero_settings(settings: SimulatorSettings) -> Settings:
-    """Return how the aerodynamics are computed; `ConfigError` for what does not go together."""
-    return Settings(
-        chordwise=settings.uvlm_chordwise,
-        wake_length=settings.uvlm_wake_length or None, wake=Shape(settings.uvlm_wake),
-        free_rows=settings.uvlm_free_rows, free_every=settings.uvlm_free_every,
-        precision=Precision(settings.uvlm_precision), coarsen=settings.uvlm_coarsen,
-        interpolate=settings.uvlm_interpolate, ground=settings.ground_effect,
-        closure=Closure[settings.decambering_closure.upper()],
-        ell=settings.decambering_ell, tolerance=settings.decambering_tolerance,
-        limit=settings.decambering_max_iterations,
-        separation=Separation(settings.separation), lag=settings.separation_lag,
-        relaxation=settings.separation_relaxation, delay=settings.separation_delay,
-        decambering=settings.decambering_enabled)
-
-
-def flight_from_settings(settings: SimulatorSettings, progress) -> simulation.Flight:
-    """Read the aircraft, build its model and trim it; ``progress`` hears what is being done."""
-    path = definition.find(definition.Kind.AIRCRAFT, settings.aircraft)
-    progress(f'aircraft {path}')
-    aircraft = definition.aircraft(path)
-    if settings.uvlm_spanwise:
-        aircraft = replace(aircraft, surfaces=tuple(
-            replace(surface, strips=settings.uvlm_spanwise) for surface in aircraft.surfaces))
-    return simulation.start(
-        aircraft, aero_settings(settings),
-        airspeed=settings.initial_airspeed, altitude=settings.initial_altitude,
-        wind_N=swap_ned_enu(np.array(settings.wind_velocity)),
-        dt=settings.dt or None, progress=progress)
-
-
 class SimulatorNode(Node):
     """
     Fly one aircraft: simulated time kept beside wall time, commands in, state out.
@@ -80,17 +53,18 @@ class SimulatorNode(Node):
     It raises `ConfigError` for parameters or an aircraft that cannot be flown.
 
     What is heard comes by way of an `Inbox`, what is asked by `Operations`: they use ``flight``,
-    ``layout``, ``desk``, ``health``, ``settings``, ``paused``, ``follows`` and the methods.
+    ``layout``, ``desk``, ``health``, ``settings``, ``air``, ``paused``, ``follows``, the methods.
     """
 
     def __init__(self, **node_options: Any) -> None:
         super().__init__('simulator', **node_options)
-        self.settings, sensors = declaration.declare_all(
-            self, SimulatorSettings, SensorSettings)
+        self.settings, sensors, self.air = declaration.declare_all(
+            self, SimulatorSettings, SensorSettings, AirSettings)
         self.follows = declaration.fix_sim_time(self, source=self.settings.publish_clock)
         if self.follows and self.settings.lockstep != 'off':
             raise ConfigError('lockstep makes time and use_sim_time follows another: set one')
-        self.flight = flight_from_settings(self.settings, self.get_logger().info)
+        self.flight = flight_from_settings(
+            self.settings, self.air, self.get_logger().info)
         self.layout = topics.layout(
             self.flight, map_frame=self.settings.frames_map,
             base_frame=self.settings.base_frame)
@@ -129,7 +103,9 @@ class SimulatorNode(Node):
             self.create_subscription(ClockMessage, topics.CLOCK.name, self._on_clock,
                                      messages.qos_profile(topics.CLOCK.qos))
         optional.open_services(self)
-        declaration.follow(self, self.settings, self._on_settings, aero_settings)
+        engine_failures.check(self, self.flight.model.aircraft)
+        declaration.follow(self, Followed(self.settings, self._on_settings, self._require),
+                           Followed(self.air, self._on_air))
 
         # This node makes simulated time, so its timers must not wait for it.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -151,10 +127,8 @@ class SimulatorNode(Node):
         if not self.settings.publish_clock:
             off = off | {Rate.CLOCK}
         for topic in topics.PUBLISHED:
-            if topic.rate in off:
+            if topic.rate in off or not topic.shown_by(self.layout):
                 continue
-            if topic is topics.JOINT_STATES and not self.layout.command_names:
-                continue   # nothing to move: its arrays would be empty
             if not messages.available(topic.type):
                 missing.setdefault(topic.type.partition('/')[0], []).append(topic.name)
                 continue
@@ -346,10 +320,14 @@ class SimulatorNode(Node):
         publisher.publish(messages.fill(message, topics.diagnostics_fields(
             snapshot.time_ns, self.flight.model.aircraft.name, [
                 health.flight(snapshot, paused=self.paused, reason=self.flight.paused_reason,
-                              clock=clock, clock_sources=sources, waits_for=self._waits_for()),
+                              clock=clock, clock_sources=sources, waits_for=self._waits_for(),
+                              outside=envelope.exceeded(snapshot, self.flight.model)),
                 health.following(self._follower, snapshot.time_ns, sources) if self.follows
                 else health.pace(self._pacer, self._waits_for()),
                 health.solver(snapshot),
+                health.engines(snapshot, self.flight.model.aircraft.engine_names),
+                health.controls(snapshot, self.layout,
+                                failure_reader.words(self.flight.failures)),
                 health.commands(self.desk, snapshot.time_ns, self.settings.command_source,
                                 self.inbox.turns.repeated)])))
 
@@ -358,17 +336,31 @@ class SimulatorNode(Node):
         return {'off': '', 'service': 'the step service', 'command': 'the next command'}[
             self.settings.lockstep]
 
+    def _require(self, settings: SimulatorSettings) -> None:
+        """Raise `ConfigError` for settings that do not go together, or not with the aircraft."""
+        aero_settings(settings)
+        surfaces.failed(self.flight.model.aircraft, settings)
+
     def _on_settings(self, settings: SimulatorSettings) -> None:
         before, self.settings = self.settings, settings
         if settings.real_time_factor != before.real_time_factor:
             self._pacer.factor = settings.real_time_factor
             self._pacer.stop()
             self._wake_timer.timer_period_ns = round(self._wake_period() * 1e9)
+        self.flight.failed_engines = engine_failures.names(settings.engine_failures)
         if settings.decambering_enabled != before.decambering_enabled:
             self.flight.model = replace(self.flight.model, settings=aero_settings(settings))
             self.health.closure = settings.closure
-        if settings.wind_velocity != before.wind_velocity:
-            self.flight.wind_N = swap_ned_enu(np.array(settings.wind_velocity))
+        words = [word for word in settings.failures if word.strip()]
+        if words != failure_reader.words(self.flight.failures):   # else it has them from a file
+            self.flight.failures = surfaces.failed(self.flight.model.aircraft, settings)
+            self.get_logger().warning(
+                f'failed: {", ".join(words)}' if words else 'nothing fails any more')
+
+    def _on_air(self, air: AirSettings) -> None:
+        before, self.air = self.air, air
+        self.flight.weather = replace(
+            self.flight.weather, **air.changes(before, self.settings.initial_altitude))
 
 
 def main(args: list[str] | None = None) -> int:

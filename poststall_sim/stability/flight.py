@@ -14,7 +14,7 @@ from poststall_sim import trim as trims
 from poststall_sim.aero import solver
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.atmosphere import Air, standard_air
+from poststall_sim.atmosphere import Air
 from poststall_sim.frames import FloatArray, body_to_geometry
 from poststall_sim.polar import APART
 from poststall_sim.stability import bodies, derivatives, linear, modes, motion
@@ -27,6 +27,8 @@ SHORTEST = 0.1
 """Least step, as a share of the time in which the aircraft flies a panel's length."""
 OWN = 0.1
 """A mode in which the body has less of a share is one of the wake, and left out."""
+RIGID = len(bodies.STATES)
+"""States of the airframe; shafts come after them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,7 +92,8 @@ def linearise(model: Model, trim: Trim, *, altitude: float,
     if not SHORTEST * panel <= dt <= 2.0 * panel:
         raise ConfigError(f'dt must be {SHORTEST:g} to 2 times {panel:g} s, the way of a panel at '
                           f'{trim.airspeed:.1f} m/s, got {dt:g} s')
-    onset, air = Onset(body_to_geometry(-trim.velocity_B), np.zeros(3)), standard_air(altitude)
+    onset = Onset(body_to_geometry(-trim.velocity_B), np.zeros(3))
+    air = model.atmosphere.at(altitude)
     flow = linear.linearise(_flown(model, trim, air), onset,
                             trim.controls.deflections, trim.aero,
                             density=air.density, dt=dt, rows=rows)
@@ -98,7 +101,7 @@ def linearise(model: Model, trim: Trim, *, altitude: float,
         return Linearised(trim, {}, flow.condition, Status.NOT_CONVERGED,
                           f'at a fold of the decambering, condition {flow.condition:.1e}: there '
                           'is no derivative, the flow departs')
-    body = _body(model, trim)
+    body = _body(model, trim, altitude)
     return Linearised(
         trim, {each: motion.assemble(flow, body, model.aircraft.control_names, each,
                                      model.settings.lag) for each in decamberings},
@@ -109,10 +112,10 @@ def _flown(model: Model, trim: Trim, air: Air) -> Model:
     return model.at(trim.airspeed, air.kinematic_viscosity, trim.controls.deflections)
 
 
-def _body(model: Model, trim: Trim) -> bodies.Body:
+def _body(model: Model, trim: Trim, altitude: float) -> bodies.Body:
     return bodies.free_body(
-        model.aircraft, velocity_B=trim.velocity_B, pitch=trim.alpha + trim.climb_angle,
-        throttle=trim.controls.throttle)
+        model.aircraft, velocity_B=trim.velocity_B, pitch=trim.pitch, bank=trim.bank,
+        throttle=trim.controls.throttle, density=model.atmosphere.at(altitude).density)
 
 
 def flight_modes(model: Model, system: System, trim: Trim, decambering: Decambering,
@@ -133,14 +136,14 @@ def flight_modes(model: Model, system: System, trim: Trim, decambering: Decamber
     own = shares >= OWN
     shares, values = shares[own], found.eigenvalues[own]
     matrix = motion.quasi_steady(system)
-    plain = _classify(model, trim, *np.linalg.eig(matrix), np.ones(len(matrix)))
+    plain = _classify(model, trim, *_eigen(matrix))
     if branches:
         plain = tuple(modes.track(branches, plain))
 
     def share(mode: Mode) -> float:
         return float(shares[np.argmin(np.abs(values - mode.eigenvalue))])
 
-    lattice = _classify(model, trim, values, found.vectors[:, own], shares)
+    lattice = _classify(model, trim, values, found.vectors[:RIGID, own], shares)
     named = _named_after(plain, lattice, 1.0 - np.array([share(mode) for mode in lattice]))
     wake = sorted(named[len(plain):], key=lambda mode: -share(mode))
     named[len(plain):] = [replace(mode, name=f'wake {i}') for i, mode in enumerate(wake, 1)]
@@ -167,18 +170,28 @@ def _named_after(patterns: Sequence[Mode], current: Sequence[Mode],
 
 def quasi_steady_modes(model: Model, trim: Trim, *, altitude: float) -> FlightModes:
     """Return the modes of the classical equations with derivatives of steady loads."""
-    air = standard_air(altitude)
+    air = model.atmosphere.at(altitude)
     found = derivatives.quasi_steady(
         _flown(model, trim, air), trim, density=air.density)
     if found.status is not Status.CONVERGED:
         return FlightModes(trim, QUASI_STEADY, (), np.zeros(0), math.nan, found.status,
                            found.message)
-    matrix = derivatives.state_matrix(_body(model, trim), found.motion)
+    matrix = derivatives.state_matrix(_body(model, trim, altitude), found.motion)
     values, vectors = np.linalg.eig(matrix)
     error = np.linalg.norm(matrix @ vectors - vectors * values, axis=0)
-    named = _classify(model, trim, values, vectors, np.ones(len(values)))
+    named = _classify(model, trim, *_eigen(matrix))
     return FlightModes(trim, QUASI_STEADY, named, np.ones(len(named)),
                        float(error.max() / np.linalg.norm(matrix)), Status.CONVERGED, 'found')
+
+
+def _eigen(matrix: FloatArray) -> tuple[np.ndarray, np.ndarray, FloatArray]:
+    """Return eigenvalues, the airframe's part of the eigenvectors, and its share in each."""
+    values, vectors = np.linalg.eig(matrix)
+    shares = np.ones(len(values))
+    if len(values) > RIGID:   # shafts
+        factors = np.abs(np.linalg.pinv(vectors).T * vectors)
+        shares = factors[:RIGID].sum(axis=0) / factors.sum(axis=0)
+    return values, vectors[:RIGID], shares
 
 
 def _classify(model: Model, trim: Trim, eigenvalues: np.ndarray, vectors: np.ndarray,
@@ -248,7 +261,7 @@ def modes_along(model: Model, flown: Iterable[Trim], *, altitude: float,
 
 def _departed(model: Model, before: Trim, trim: Trim, altitude: float) -> bool:
     """Tell whether the decambering on the way back is not that of the trim before."""
-    air = standard_air(altitude)
+    air = model.atmosphere.at(altitude)
     back = solver.steady(
         _flown(model, before, air),
         Onset(body_to_geometry(-before.velocity_B), np.zeros(3)),

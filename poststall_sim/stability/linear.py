@@ -25,31 +25,30 @@ Paul 2015, chapter 5, after the state-space lattice of Simpson, Palacios & Murua
 2013; the rows of the decambering are our own.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from poststall_sim import fuselage
 from poststall_sim.aero import loads, wake
-from poststall_sim.aero.decambering import (
-    AngleForm,
-    Closure,
-    faded_mean,
-    nonlocal_residual,
-)
+from poststall_sim.aero.decambering import AngleForm
 from poststall_sim.aero.model import Model, Onset, influence, own_response, wake_direction
 from poststall_sim.aero.operating import Boundary, boundary_condition
-from poststall_sim.aero.polars import CD, CM, lift, sections
 from poststall_sim.aero.separation import Separation
 from poststall_sim.aero.solver import AeroResult, te_share
 from poststall_sim.aero.wake import Shape
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.frames import FloatArray, geometry_to_body
+from poststall_sim.frames import FloatArray
 from poststall_sim.stability import wake_motion
+from poststall_sim.stability.strips import (
+    FLIP,
+    closure,
+    operating_points,
+    passing_rate,
+    section_loads,
+)
 from poststall_sim.stability.wake_motion import WakeMotion
 
-FLIP = geometry_to_body(np.ones(3))
 NEAR_FOLD = 1e6
 """Condition number of the closure's Jacobian from which a flow counts as one at a fold."""
 
@@ -116,16 +115,17 @@ def linearise(model: Model, onset: Onset, deflections: FloatArray, aero: AeroRes
     length = float(np.linalg.norm(row_G))
     rows = model.wake_rows(length) if rows is None else rows
 
-    phi = (deflections @ lattice.flap_angle) \
+    phi = (boundary.angles @ lattice.turn) \
         + (aero.strips.delta - lattice.zero_lift)[lattice.panel_strip]
-    air, air_nu = onset.at(model.collocation_arm), _passing_rate(model.collocation_arm)
+    air, air_nu = onset.at(model.collocation_arm), passing_rate(model.collocation_arm)
     cosine, sine = np.cos(phi)[:, None], np.sin(phi)[:, None]
     across = cosine * lattice.normal + sine * lattice.tangent
     turned = np.sum(air * (cosine * lattice.tangent - sine * lattice.normal), axis=1)
     onset_rate = np.einsum('ic,icm->im', across, air_nu)
     turn = np.zeros((lattice.panels, lattice.strips))
     turn[np.arange(lattice.panels), lattice.panel_strip] = turned
-    flap = turned[:, None] * lattice.flap_angle.T
+    moved = lattice.angle_rate(deflections)
+    flap = turned[:, None] * (lattice.turn.T @ moved)
 
     strength = aero.circulation[lattice.te_panel]
     nodes = np.empty((rows + 2, *lattice.wake_nodes.shape))
@@ -144,8 +144,8 @@ def linearise(model: Model, onset: Onset, deflections: FloatArray, aero: AeroRes
     wash = np.hstack([onset_rate, flap, turn, np.eye(lattice.panels)])
     widths = np.cumsum([6, flap.shape[1], lattice.strips])
     response = own_response(model, wake_direction(onset.velocity_G)).response
-    points = _operating_points(model, onset, boundary, aero, -response @ wash, widths)
-    slope = _closure(model, boundary, aero, points, widths) if settings.decambering \
+    points = operating_points(model, boundary, aero, -response @ wash, widths, moved)
+    slope = closure(model, boundary, aero, points, widths) if settings.decambering \
         else np.hstack([np.zeros((lattice.strips, widths[1])), np.eye(lattice.strips),
                         np.zeros((lattice.strips, lattice.panels))])
     by_nu, by_flap, by_turn, by_wash = np.split(slope, widths, axis=1)
@@ -161,9 +161,9 @@ def linearise(model: Model, onset: Onset, deflections: FloatArray, aero: AeroRes
     bound_strength = _ring_strength(model) + at_edge @ ((1.0 - share)[:, None] * model.te_rows)
     load_wake = np.einsum('ks,rsn->rkn', by_velocity, at_edges)
     load_wake[0] += by_strength @ (at_edge * share)
-    section = _section_loads(model, density, boundary, aero, points)
+    section = section_loads(model, density, boundary, aero, points)
     section_nu, section_flap, section_turn, section_wash = np.split(section, widths, axis=1)
-    edge_nu = _passing_rate(model.edge_arm).reshape(-1, 6)
+    edge_nu = passing_rate(model.edge_arm).reshape(-1, 6)
     bodies_nu = fuselage.load_slope(model.aircraft.bodies, model.aircraft.mass.cg_G,
                                     onset.velocity_G, onset.rates_G, density)
     arrays = {
@@ -202,17 +202,6 @@ def _in_body(columns: FloatArray) -> FloatArray:
     return columns * np.concatenate([FLIP, FLIP])[:, None]
 
 
-def _passing_rate(arm: FloatArray) -> FloatArray:
-    """Return the derivative (k, 3, 6) of `Onset.at` by (v, omega) of the body in B."""
-    out = np.zeros((len(arm), 3, 6))
-    out[:, :, :3] = -np.diag(FLIP)
-    x, y, z = arm.T
-    zero = np.zeros_like(x)
-    cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]])
-    out[:, :, 3:] = cross.transpose(2, 0, 1) * FLIP
-    return out
-
-
 def _wake(model: Model, nodes: FloatArray,
           strength: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """
@@ -236,77 +225,6 @@ def _wake(model: Model, nodes: FloatArray,
         at_panels[carrier] += np.einsum('ijc,ic->ij', unit[:lattice.panels], lattice.normal)
         at_edges[carrier] += unit[lattice.panels:].transpose(0, 2, 1).reshape(-1, lattice.strips)
     return (at_edges.sum(axis=0) @ strength).reshape(-1, 3), at_panels, at_edges
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Points:
-    """
-    Derivatives (n, k) of the strips' operating points, and their speed at_speed (n,) [m/s].
-
-    shift : of the angle by which a flap moves the section's curve.
-    """
-
-    at_speed: FloatArray
-    circulation: FloatArray
-    alpha: FloatArray
-    speed: FloatArray
-    shift: FloatArray
-
-    @property
-    def looked_up(self) -> FloatArray:
-        """Of the angle at which the section's table is read."""
-        return self.alpha + self.shift
-
-
-def _operating_points(model: Model, onset: Onset, boundary: Boundary, aero: AeroResult,
-                      circulation: FloatArray, widths: np.ndarray) -> _Points:
-    """
-    Return the derivatives of what `decambering.operating_points` gives.
-
-    circulation (n, k) : its own derivative by (nu, controls, decambering, wash); widths (3,) :
-    where each but the first begins.
-    """
-    lattice, strips = model.lattice, boundary.strips
-    u, w, plate, theta = strips[0], strips[1], math.pi * strips[2], aero.strips.delta - strips[5]
-    cosine, sine = np.cos(theta), np.sin(theta)
-    air_nu = _passing_rate(model.quarter_arm)
-    along = np.einsum('ic,icm->im', lattice.chord_axis, air_nu)
-    across = np.einsum('ic,icm->im', lattice.strip_normal, air_nu)
-    turned, shift = np.zeros_like(circulation), np.zeros_like(circulation)
-    shift[:, widths[0]:widths[1]] = lattice.flap_shift.T
-    turned[:, widths[1]:widths[2]] = np.eye(lattice.strips)
-    turned += shift
-    up = aero.strips.circulation / plate
-    on = u * cosine - w * sine
-    speed = np.hypot(up, on)
-    up_rate = circulation / plate[:, None]
-    on_rate = -(u * sine + w * cosine)[:, None] * turned
-    on_rate[:, :widths[0]] += cosine[:, None] * along - sine[:, None] * across
-    alpha = (on[:, None] * up_rate - up[:, None] * on_rate) / speed[:, None] ** 2 - turned
-    return _Points(
-        at_speed=speed, circulation=circulation, alpha=alpha, shift=shift,
-        speed=(up[:, None] * up_rate + on[:, None] * on_rate) / speed[:, None])
-
-
-def _closure(model: Model, boundary: Boundary, aero: AeroResult, points: _Points,
-             widths: np.ndarray) -> FloatArray:
-    """Return the derivative (n, k) of the closure's residual."""
-    lattice, strips, n = model.lattice, boundary.strips, model.lattice.strips
-    if model.settings.closure is Closure.LOCAL:
-        values = np.empty((n, 4))
-        sections(lattice.curves, lattice.polar_index, aero.strips.alpha + strips[6], values)
-        lift_rate = points.circulation \
-            - (aero.strips.circulation / points.at_speed)[:, None] * points.speed
-        return (2.0 / (points.at_speed * lattice.strip_chord))[:, None] * lift_rate \
-            - values[:, 3:] * points.looked_up
-    delta = np.zeros_like(points.alpha)
-    delta[:, widths[1]:widths[2]] = np.eye(n)
-    weights, residual, change = np.empty((2, n, n)), np.empty(n), np.empty(n)
-    faded_mean(strips, model.mean, weights)
-    nonlocal_residual(aero.strips.delta, strips, False, lattice.curves, lattice.polar_index,
-                      weights, aero.strips.alpha, residual, change)
-    mean = weights[0] @ points.alpha - weights[1] @ (delta + points.shift)
-    return delta - change[:, None] * (mean + points.shift)
 
 
 def _joukowski(model: Model, density: float, velocity: FloatArray,
@@ -351,35 +269,3 @@ def _rate_loads(model: Model, density: float) -> FloatArray:
         loads.added_mass_force(density, one, lattice.area[here], lattice.normal[here],
                                model.collocation_arm[here], out[i])
     return out.T
-
-
-def _section_loads(model: Model, density: float, boundary: Boundary, aero: AeroResult,
-                   points: _Points) -> FloatArray:
-    """Return d(force, moment) in G (6, k) of the sections' drag and moment."""
-    lattice, strips = model.lattice, aero.strips
-    looked_up = strips.alpha + boundary.strips[6]
-    held = np.zeros(lattice.strips, dtype=bool)
-    if not model.settings.decambering:
-        held = (looked_up > lattice.stall_high) | (looked_up < lattice.stall_low)
-    curves = lattice.curves[lattice.polar_index]
-    cd_slope, cm_slope = (np.where(held, 0.0, [
-        lift(curve[c:c + 1], angle)[1] for curve, angle in zip(curves, looked_up)])
-        for c in (CD, CM))
-    none = np.zeros(lattice.strips)
-
-    def force(j: int, alpha: FloatArray, cd: FloatArray, cm: FloatArray) -> FloatArray:
-        here, total = slice(j, j + 1), np.zeros(6)
-        loads.section_force(
-            density, alpha[here], points.at_speed[here], cd[here], cm[here],
-            lattice.strip_chord[here], lattice.strip_width[here], lattice.chord_axis[here],
-            lattice.strip_normal[here], lattice.span_axis[here], model.quarter_arm[here], total)
-        return total
-
-    out = np.zeros((6, points.alpha.shape[1]))
-    for j in range(lattice.strips):
-        # Drag turned a quarter further is the derivative of its direction.
-        out += np.outer(force(j, strips.alpha + 0.5 * math.pi, strips.cd, none), points.alpha[j])
-        out += np.outer(force(j, strips.alpha, cd_slope, cm_slope), points.looked_up[j])
-        out += np.outer(2.0 / points.at_speed[j] * force(j, strips.alpha, strips.cd, strips.cm),
-                        points.speed[j])
-    return out

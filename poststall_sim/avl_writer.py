@@ -1,0 +1,252 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+An aircraft as the text of an AVL geometry file: the lattice and the controls it has here.
+
+What AVL does not know is left out: section curves past the stall, limits of controls, engines.
+Chords that twist turned (surfaces that are not ``flat``) become incidences of flat panels.
+"""
+
+import math
+import re
+
+import numpy as np
+
+from poststall_sim import avl_controls, avl_sections
+from poststall_sim.aero import polars, stations
+from poststall_sim.aero.polars import SectionPolar
+from poststall_sim.aircraft import Aircraft, ConfigError, Section, Surface
+from poststall_sim.avl_reader import spaced, stretched
+from poststall_sim.avl_sections import ThinAirfoil
+from poststall_sim.frames import FloatArray, control_sign
+from poststall_sim.reader import Place
+
+_SPACINGS = (0.0, 1.0, -1.0, 2.0, -2.0, *(k / 4.0 for k in range(-11, 12)))
+_SAME = 1e-9
+
+
+def text(aircraft: Aircraft, rows: int) -> str:
+    """Return an aircraft as an AVL file with so many panels along every chord."""
+    reference, cg = aircraft.reference, aircraft.mass.cg_G
+    lines = [aircraft.name, '0.0  ! Mach', '0 0 0.0  ! iYsym iZsym Zsym',
+             _row(reference.area, reference.chord, reference.span) + '  ! Sref Cref Bref',
+             _row(*cg) + '  ! Xref Yref Zref', '0.0  ! CDp']
+    sections = {airfoil.name: polars.section_polar(airfoil) for airfoil in aircraft.airfoils}
+    for surface in aircraft.surfaces:
+        lines += _surface(aircraft, surface, sections, rows)
+    return '\n'.join([*lines, ''])
+
+
+def _row(*values: float) -> str:
+    return ' '.join(f'{value + 0.0:.17g}' for value in values)
+
+
+def _surface(aircraft: Aircraft, surface: Surface, sections: dict[str, SectionPolar],
+             rows: int) -> list[str]:
+    cuts = _cuts(surface)
+    places = np.array(surface.section_shares)
+    moved = {control.name: _moved(control, surface, cuts) for control in aircraft.controls
+             if any(each.surface == surface.name for each in control.effectors)}
+    for gain, _, _ in moved.values():
+        places = _with_ends(places, cuts, gain)
+    whole = [sp for sp in _SPACINGS if _fits(_attempt(len(cuts) // 2, sp, places), cuts)]
+    lines = ['SURFACE', surface.name, f'{rows} 0.0' + (
+        f' {len(cuts) // 2} {whole[0]:.17g}' if whole else '')]
+    lines += ['YDUPLICATE', '0.0'] if surface.symmetric else []
+    spacings = [[0, 0.0]] * len(places) if whole else None
+    if spacings is None:
+        spacings = _intervals(places, cuts)
+        if spacings is None:   # a section at every strip: any cut can be had so
+            places = cuts[::2]
+            spacings = _intervals(places, cuts)
+    hinges = {name: _hinges(name, surface, places, cuts, gain, hinge)
+              for name, (gain, hinge, _) in moved.items()}
+    for i, share in enumerate(places):
+        lines += _section(surface, float(share), sections, rows, spacings[i])
+        for name, at in hinges.items():
+            if i in at:
+                lines += ['CONTROL', f'{name} {at[i]} {_row(moved[name][2])}']
+    return lines
+
+
+def _cuts(surface: Surface) -> FloatArray:
+    """Return edges and points of the strips by turns, along the (half) span, 0 to 1."""
+    _, place = stations.of_surface(surface)
+    edges = stations.strip_edges(surface, place) / place[-1]
+    points = (1.0 - (at := stations.collocation_shares(surface))) * edges[:-1] + at * edges[1:]
+    cuts = np.empty(2 * surface.strips + 1)
+    cuts[::2], cuts[1::2] = edges, points
+    return 2.0 * cuts[surface.strips:] - 1.0 if surface.symmetric else cuts
+
+
+def _attempt(strips: int, spacing: float, places: FloatArray) -> FloatArray | None:
+    return stretched(spaced(strips, spacing), places)
+
+
+def _fits(found: FloatArray | None, cuts: FloatArray) -> bool:
+    return found is not None and bool(np.abs(found - cuts).max() < 1e-12)
+
+
+def _intervals(places: FloatArray, cuts: FloatArray) -> list[list] | None:
+    """Return Nspan and Sspace behind each section that make these cuts, if there are any."""
+    result: list[list] = []
+    for low, high in zip(places, places[1:]):
+        inner = cuts[(cuts > low - 1e-12) & (cuts < high + 1e-12)]
+        strips = len(inner) // 2
+        share = (inner - low) / (high - low)
+        # Of a single strip the point alone says it: equal and sine spacing mixed.
+        off = 0.5 - share[1]
+        tries = (*_SPACINGS, math.copysign(3.0 - abs(off) / (math.sqrt(0.5) - 0.5), off)) \
+            if strips == 1 else _SPACINGS
+        fitting = [sp for sp in tries if _fits(spaced(strips, sp), share)]
+        if not fitting:
+            return None
+        result.append([strips, fitting[0]])
+    return [*result, [0, 0.0]]
+
+
+def _moved(control, surface: Surface, cuts: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Return gain and hinge of each strip in AVL's terms, and SgnDup."""
+    middles = 0.5 * (cuts[2::2] + cuts[:-2:2])
+    gain = {side: np.zeros_like(middles) for side in (1, -1)}
+    hinge = np.zeros_like(middles)
+    first, last = (np.array(s.leading_edge_G) for s in (surface.sections[0],
+                                                         surface.sections[-1]))
+    normal = np.cross([1.0, 0.0, 0.0], last - first)
+    same = control_sign(normal)
+    mirror = same * control_sign(normal * [1.0, -1.0, 1.0])
+    for each in control.effectors:
+        if each.surface != surface.name:
+            continue
+        ends = [cuts[2 * int(np.argmin(np.abs(cuts[::2] - x)))] for x in each.span]
+        under = (middles > ends[0]) & (middles < ends[1])
+        if np.any(under & (hinge != each.hinge) & ((gain[1] != 0.0) | (gain[-1] != 0.0))):
+            raise ConfigError(f'control {control.name}: AVL has one hinge at a place of surface '
+                              f'{surface.name}')
+        hinge[under] = each.hinge
+        for side in (1, -1):
+            if each.side in (0, side):
+                gain[side][under] += each.gain * same
+    if not surface.symmetric:
+        return gain[1], hinge, 1.0
+    there = gain[1] != 0.0
+    image = mirror * gain[-1][there][0] / gain[1][there][0] if there.any() else 0.0
+    if np.abs(gain[-1] - mirror * image * gain[1]).max() > _SAME:
+        raise ConfigError(f'control {control.name}: AVL moves the left side of surface '
+                          f'{surface.name} as a multiple of the right one')
+    return gain[1], hinge, float(image)
+
+
+def _with_ends(places: FloatArray, cuts: FloatArray, gain: FloatArray) -> FloatArray:
+    """Return the sections' places with those where a control begins or ends."""
+    there = gain != 0.0
+    ends = cuts[2:-1:2][there[1:] != there[:-1]]
+    return np.sort(np.concatenate(
+        [places, [x for x in ends if np.abs(places - x).min() > _SAME]]))
+
+
+def _hinges(name: str, surface: Surface, places: FloatArray, cuts: FloatArray, gain: FloatArray,
+            hinge: FloatArray) -> dict[int, str]:
+    """Return gain, Xhinge and XYZhvec of a control by the number of the section."""
+    for across in (False, True):
+        found: dict[int, list[FloatArray]] = {}
+        for i, (low, high) in enumerate(zip(places, places[1:])):
+            middles = 0.5 * (cuts[2::2] + cuts[:-2:2])
+            under = (middles > low) & (middles < high)
+            if gain[under].any():
+                ends = [_between(surface, float(x)) for x in (low, high)]
+                for k, at in enumerate(_at_ends(ends, (middles[under] - low) / (high - low),
+                                                gain[under], hinge[under], across=across)):
+                    found.setdefault(i + k, []).append(at)
+        if all(np.abs(at[0] - at[-1]).max() < 1e-6 for at in found.values()):
+            return {i: f'{_row(*at[-1][:2])} {_row(*at[-1][2:])}' for i, at in found.items()}
+    raise ConfigError(f'control {name}: AVL has no step of gain or hinge along surface '
+                      f'{surface.name}')
+
+
+def _at_ends(ends: list[Section], middles: FloatArray, gain: FloatArray, hinge: FloatArray, *,
+             across: bool) -> list[FloatArray]:
+    """Return gain, Xhinge and XYZhvec (5,) at both ends of an interval, linear between them."""
+    places = hinge[[0, 0]]
+    if np.ptp(hinge) > 0.0:   # straight in space
+        chords = np.array([end.chord for end in ends])
+        places = _line(middles, hinge * (chords[0] + middles * (chords[1] - chords[0]))) / chords
+    about, level = avl_controls.hinge_line(ends, places)
+    about = level if across else about
+    ours = np.array([avl_controls.hinge_line(ends, [x, x])[0] @ level for x in hinge])
+    gains = _line(middles, gain * ours / (about @ level))
+    return [np.array([g, x, *(level if across else np.zeros(3))]) for g, x in zip(gains, places)]
+
+
+def _line(middles: FloatArray, values: FloatArray) -> FloatArray:
+    """Return a linear function's values at 0 and 1, NaN if it is another function."""
+    if np.ptp(values) <= 1e-12 * np.abs(values).max():
+        return values[[0, 0]]
+    rise = (values[-1] - values[0]) / (middles[-1] - middles[0])
+    straight = np.abs(values[0] + rise * (middles - middles[0]) - values).max() < _SAME
+    return values[0] + rise * (np.array([0.0, 1.0]) - middles[0]) if straight else \
+        np.full(2, math.nan)
+
+
+def _between(surface: Surface, share: float) -> Section:
+    """Return a section where one is or between two, as lofting puts it; its nearest airfoil."""
+    i, part = _interval(surface, share)
+    a, b = surface.sections[i:i + 2]
+    place = (1.0 - part) * np.array(a.leading_edge_G) + part * np.array(b.leading_edge_G)
+    twist = a.twist if a.twist == b.twist else math.atan2(
+        *((1.0 - part) * a.chord * f(a.twist) + part * b.chord * f(b.twist)
+          for f in (math.sin, math.cos)))
+    return Section(tuple(map(float, place)), (1.0 - part) * a.chord + part * b.chord,
+                   b.airfoil if part > 0.5 else a.airfoil, twist)
+
+
+def _interval(surface: Surface, share: float) -> tuple[int, float]:
+    """Return the section that a place along the span is behind, and how far to the next."""
+    shares = surface.section_shares
+    i = min(max(int(np.searchsorted(shares, share, side='right')) - 1, 0), len(shares) - 2)
+    return i, (share - shares[i]) / (shares[i + 1] - shares[i])
+
+
+def _section(surface: Surface, share: float, sections: dict[str, SectionPolar], rows: int,
+             spacing: list) -> list[str]:
+    at, (i, part) = _between(surface, share), _interval(surface, share)
+    a, b = (sections[s.airfoil] for s in surface.sections[i:i + 2])
+    return ['SECTION', f'{_row(*at.leading_edge_G, at.chord, math.degrees(at.twist))} '
+            f'{spacing[0]} {spacing[1]:.17g}',
+            *_airfoil(at.airfoil, polars.mixture(a, b, part), _cosine(surface, share), rows)]
+
+
+def _cosine(surface: Surface, share: float) -> float:
+    """Return the cosine of the quarter chord's sweep, the mean of both sides of a section."""
+    places = [np.add(s.leading_edge_G, [0.25 * s.chord, 0.0, 0.0]) for s in surface.sections]
+    beside = [_interval(surface, min(max(share + off, 0.0), 1.0))[0] for off in (-1e-9, 1e-9)]
+    steps = [places[i + 1] - places[i] for i in beside]
+    return float(np.mean([math.hypot(*step[1:]) / np.linalg.norm(step) for step in steps]))
+
+
+def _airfoil(name: str, curve: SectionPolar, cosine: float, rows: int) -> list[str]:
+    """Return the camber line, slope and drag of a section's curves where they are attached."""
+    at = curve.at(np.array([curve.zero_lift]))[0]
+    line = avl_sections.ThinAirfoil(curve.zero_lift, float(at[2])).swept(1.0 / cosine)
+    lines: list[str] = []
+    digits = re.match(r'naca(\d{4})(?!\d)', name)
+    if digits and _is_naca(digits[1], line, rows):
+        lines = ['NACA', digits[1]]
+    elif abs(line.zero_lift) > 1e-6 or abs(at[2]) > 1e-6:
+        lines = ['AIRFOIL', *(_row(*point) for point in
+                              avl_sections.outline(line, rows))]
+    if abs(slope := at[3] / (2.0 * math.pi) - 1.0) > 1e-3:
+        lines += ['CLAF', _row(1.0 + slope)]
+    angles = curve.zero_lift + np.array([0.8 * (curve.stall_low - curve.zero_lift), 0.0,
+                                         0.8 * (curve.stall_high - curve.zero_lift)])
+    values = curve.at(angles)
+    if values[:, 1].max() > 0.0:
+        lines += ['CDCL', _row(*values[:, :2].ravel())]
+    return lines
+
+
+def _is_naca(digits: str, flat: ThinAirfoil, rows: int) -> bool:
+    """Tell whether curves named after a NACA section are those that its camber line gives."""
+    where = Place(digits)
+    line = avl_sections.camber(avl_sections.naca(digits, where), where)
+    return abs(avl_sections.thin_airfoil(line, rows).zero_lift - flat.zero_lift) < 1e-6

@@ -1,0 +1,266 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+What an aircraft is, in the figures of a drawing board, and what is odd about it.
+
+Slopes are those of the attached lattice at `ALPHA`, controls neutral, moments about the centre of
+gravity.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from poststall_sim import polar
+from poststall_sim.aero import polars
+from poststall_sim.aero.model import Model
+from poststall_sim.aircraft import Aircraft, Surface
+from poststall_sim.frames import control_sign
+from poststall_sim.polar import Condition
+
+ALPHA = math.radians(2.0)
+_STEP = 1e-3
+STATIC_MARGIN = (0.05, 0.25)
+HORIZONTAL_VOLUME, VERTICAL_VOLUME = (0.3, 1.2), (0.015, 0.10)
+"""Model aeroplanes to transports: D. P. Raymer, Aircraft Design, 6th ed., table 6.4, widened."""
+STRIP_WIDTH = (0.2, 1.0)
+"""Of the chord. Wider ones blur the stall; much narrower ones cost time and say no more."""
+STEEPEST_FALL = 9.0
+"""
+Of lift past the stall [1/rad], beyond which the non-local closure may have several solutions.
+
+Measured on a wing of aspect ratio 12 with 40 strips, averaging over one chord.
+"""
+ROLL_RATE, PITCH_CHANGE = 0.05, 0.3
+"""Least p b/2V of full ailerons and change of Cm of full elevator."""
+GYRATION = (0.25, 0.38, 0.39)
+"""Radii over half the span, half the length and half their mean: Raymer, table 16.1."""
+GYRATION_FACTOR = 2.0
+IN_WAKE = 0.1
+"""Chords between a tail and the plane of the wing, below which the wake lies on it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Planform:
+    """
+    A surface: area [m^2], span along itself [m], mean aerodynamic chord [m] and its quarter point.
+
+    quarter_x, quarter_z [m] in G; sweep of the quarter chord and dihedral [rad]; volume : of a
+    tail [-], None of the wing; upright : counts for yaw, not pitch.
+    """
+
+    name: str
+    area: float
+    span: float
+    aspect_ratio: float
+    mean_chord: float
+    quarter_x: float
+    quarter_z: float
+    sweep: float
+    dihedral: float
+    upright: bool
+    volume: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Survey:
+    """
+    Planforms, the largest first; neutral point x in G [m]; static margin [chords].
+
+    lift_slope [1/rad]; roll_damping, of p b/2V; authority : by control, the change of (Cl, Cm, Cn)
+    from its least to its greatest deflection, halved [-].
+    """
+
+    planforms: tuple[Planform, ...]
+    neutral_point: float
+    static_margin: float
+    lift_slope: float
+    roll_damping: float
+    authority: Mapping[str, tuple[float, float, float]]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Something odd: where, what, and what to do about it."""
+
+    subject: str
+    what: str
+    advice: str
+
+
+def planform(surface: Surface) -> Planform:
+    """Return the planform of a surface, both sides of a symmetric one."""
+    places, sections = surface.section_places, surface.sections
+    area = moment = square = high = 0.0
+    for low, up, a, b in zip(places, places[1:], sections, sections[1:]):
+        each = 0.5 * (up - low) * (a.chord + b.chord)
+        # Means over a trapezoid: of the chord by area, and of quarter points by chord.
+        share = (a.chord + 2.0 * b.chord) / (3.0 * (a.chord + b.chord))
+        ends = [(s.leading_edge_G[0] + 0.25 * s.chord, s.leading_edge_G[2]) for s in (a, b)]
+        area += each
+        square += each * 2.0 / 3.0 * (a.chord ** 2 + a.chord * b.chord + b.chord ** 2) \
+            / (a.chord + b.chord)
+        moment += each * ((1.0 - share) * ends[0][0] + share * ends[1][0])
+        high += each * ((1.0 - share) * ends[0][1] + share * ends[1][1])
+    first, last = (np.add(s.leading_edge_G, [0.25 * s.chord, 0.0, 0.0])
+                   for s in (sections[0], sections[-1]))
+    across, up = float(last[1] - first[1]), float(last[2] - first[2])
+    sides = 2.0 if surface.symmetric else 1.0
+    normal = np.array([0.0, -up, across])
+    upright = control_sign(normal) != control_sign(normal * [1.0, -1.0, 1.0])
+    upright = upright or across == 0.0
+    span = sides * places[-1]
+    return Planform(
+        surface.name, sides * area, span, span ** 2 / (sides * area), square / area,
+        moment / area, high / area,
+        math.atan2(float(last[0] - first[0]), places[-1]), math.atan2(up, abs(across)), upright)
+
+
+def survey(model: Model) -> Survey:
+    """Return the figures of an aircraft."""
+    aircraft = model.aircraft
+    attached = replace(model, settings=replace(model.settings, decambering=False))
+    count = len(aircraft.controls)
+
+    def at(alpha: float = ALPHA, rates=(0.0, 0.0, 0.0), deflections=None) -> np.ndarray:
+        found = polar.point(attached, Condition(
+            alpha, 0.0, np.array(rates), np.zeros(count) if deflections is None else deflections),
+            airspeed=20.0, density=1.225).coefficients
+        return np.array([found.CL, found.Cl, found.Cm, found.Cn])
+
+    lift, _, pitch, _ = (at(ALPHA + _STEP) - at(ALPHA - _STEP)) / (2.0 * _STEP)
+    rolling = (at(rates=(_STEP, 0.0, 0.0)) - at(rates=(-_STEP, 0.0, 0.0)))[1] / (2.0 * _STEP)
+    authority = {}
+    for control, row in zip(aircraft.controls, np.eye(count)):
+        low, high = control.limits
+        slope = (at(deflections=_STEP * row) - at(deflections=-_STEP * row)) / (2.0 * _STEP)
+        authority[control.name] = tuple(
+            float(value) for value in 0.5 * (high - low) * slope[1:])
+    margin = float(-pitch / lift)
+    return Survey(
+        _planforms(aircraft), aircraft.mass.cg_G[0] + margin * aircraft.reference.chord, margin,
+        float(lift), float(rolling), authority)
+
+
+def _planforms(aircraft: Aircraft) -> tuple[Planform, ...]:
+    """Return the planforms, the largest first, with the volumes of the others about the CG."""
+    found = sorted((planform(surface) for surface in aircraft.surfaces), key=lambda p: -p.area)
+    wing, result = found[0], found[:1]
+    for each in found[1:]:
+        arm = each.quarter_x - aircraft.mass.cg_G[0]
+        length = wing.span if each.upright else wing.mean_chord
+        result.append(replace(each, volume=each.area * arm / (wing.area * length)))
+    return tuple(result)
+
+
+def findings(model: Model, figures: Survey) -> tuple[Finding, ...]:
+    """Return what is odd about an aircraft, the gravest first."""
+    aircraft = model.aircraft
+    return (
+        *_balance(figures), *_tails(aircraft, figures), *_controls(aircraft, figures),
+        *_masses(aircraft, figures), *_strips(model), *_sections(model),
+        *(Finding('assumed', text, 'give it in an aircraft file, see poststall new')
+          for text in aircraft.assumptions))
+
+
+def _balance(figures: Survey) -> Iterator[Finding]:
+    low, high = STATIC_MARGIN
+    margin = figures.static_margin
+    if margin < low:
+        yield Finding('static margin', f'{100.0 * margin:.1f} % of the chord',
+                      'move the centre of gravity forward or enlarge the tail'
+                      + (': it diverges in pitch' if margin < 0.0 else ''))
+    elif margin > high:
+        yield Finding('static margin', f'{100.0 * margin:.1f} % of the chord',
+                      'move the centre of gravity aft: it takes much elevator to slow down')
+
+
+def _tails(aircraft: Aircraft, figures: Survey) -> Iterator[Finding]:
+    wing, *others = figures.planforms
+    level = sum(each.volume for each in others if not each.upright)
+    upright = sum(each.volume for each in others if each.upright)
+    v_tail = any(abs(each.dihedral) > math.radians(20.0) for each in others)
+    for name, volume, (low, high) in (('horizontal', level, HORIZONTAL_VOLUME),
+                                      ('vertical', upright, VERTICAL_VOLUME)):
+        if name == 'vertical' and v_tail and not upright:
+            continue
+        if volume < low:
+            yield Finding(f'{name} tail volume', f'{volume:.3f}, ordinary are {low:g} to {high:g}',
+                          'enlarge the tail or move it aft, unless it is tailless on purpose')
+        elif volume > high:
+            yield Finding(f'{name} tail volume', f'{volume:.3f}, ordinary are {low:g} to {high:g}',
+                          'check its area and arm: a larger tail is rare')
+    for each in others:
+        apart = abs(each.quarter_z - wing.quarter_z)
+        if not each.upright and each.quarter_x > wing.quarter_x \
+                and apart < IN_WAKE * wing.mean_chord:
+            yield Finding(each.name, f'stands {apart:.3g} m from the plane of {wing.name}',
+                          f'move it up or down by {IN_WAKE:g} chords and more: the wake of '
+                          f'{wing.name} lies on it, and what it feels depends on the strips')
+
+
+def _controls(aircraft: Aircraft, figures: Survey) -> Iterator[Finding]:
+    authority = figures.authority
+    if 'elevator' not in authority:
+        yield Finding('elevator', f'there is none among {", ".join(authority) or "no controls"}',
+                      'name the control that pitches elevator: trim moves that one')
+    else:
+        pitch = authority['elevator'][1]
+        if pitch > 0.0:
+            yield Finding('elevator', 'a positive deflection lifts the nose',
+                          'change the sign of its gains: positive is trailing edge down')
+        if abs(pitch) < PITCH_CHANGE:
+            yield Finding('elevator', f'changes Cm by {abs(pitch):.2f} only',
+                          'give it more chord, span or deflection to reach the stall')
+    for name, axis, sign, what in (('aileron', 0, 1.0, 'rolls to the left'),
+                                   ('rudder', 2, -1.0, 'yaws to the right')):
+        if name in authority and sign * authority[name][axis] < 0.0:
+            yield Finding(name, f'a positive deflection {what}',
+                          'change the sign of its gains, or sticks and autopilots work backwards')
+    if 'aileron' in authority:
+        rate = abs(authority['aileron'][0] / figures.roll_damping)
+        if rate < ROLL_RATE:
+            yield Finding('aileron', f'rolls by p b/2V = {rate:.3f} at full deflection',
+                          f'give it more span or chord: {ROLL_RATE:g} is little')
+
+
+def _masses(aircraft: Aircraft, figures: Survey) -> Iterator[Finding]:
+    length = np.ptp([x for surface in aircraft.surfaces for s in surface.sections
+                     for x in (s.leading_edge_G[0], s.leading_edge_G[0] + s.chord)])
+    span = figures.planforms[0].span
+    radii = np.sqrt(np.diag(aircraft.mass.inertia_B) / aircraft.mass.mass)
+    usual = np.array(GYRATION) * [0.5 * span, 0.5 * length, 0.25 * (span + length)]
+    for axis, radius, other in zip(('roll', 'pitch', 'yaw'), radii, usual):
+        if not 1.0 / GYRATION_FACTOR < radius / other < GYRATION_FACTOR:
+            yield Finding(f'inertia in {axis}', f'has a radius of gyration of {radius:.3g} m',
+                          f'check it: of aircraft like this it is about {other:.2g} m')
+
+
+def _strips(model: Model) -> Iterator[Finding]:
+    lattice = model.lattice
+    for grid in lattice.grids:
+        ratio = lattice.strip_width[grid.strips] / lattice.strip_chord[grid.strips]
+        strips = grid.strips.stop - grid.strips.start
+        low, high = STRIP_WIDTH
+        if np.median(ratio) > high:
+            yield Finding(grid.name, f'its strips are {np.median(ratio):.2f} chords wide',
+                          f'cut it into more than {strips}')
+        elif np.median(ratio) < low:
+            yield Finding(grid.name, f'its strips are {np.median(ratio):.2f} chords wide',
+                          f'cut it into fewer than {strips}: they cost time and say no more')
+
+
+def _sections(model: Model) -> Iterator[Finding]:
+    angles = np.radians(np.linspace(-60.0, 60.0, 481))
+    for airfoil in model.aircraft.airfoils:
+        curve = polars.section_polar(airfoil)
+        values = curve.at(angles)
+        past = (angles > curve.stall_high) | (angles < curve.stall_low)
+        fall = -float(values[past, 3].min())
+        if fall > STEEPEST_FALL:
+            yield Finding(
+                f'airfoil {airfoil.name}', f'its lift falls by {math.radians(fall):.3f} per deg '
+                f'past the stall, {math.radians(STEEPEST_FALL):.3f} is sure to have one solution',
+                'soften its table, or average over more than a chord (--ell)')

@@ -1,0 +1,156 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""The figures of an aircraft, what is odd about it, and new aircraft that fly at once."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import wings
+
+from poststall_sim import cli, definition, survey, trim
+from poststall_sim.aero import model as models
+from poststall_sim.aircraft import MassProperties, Section, Surface
+from poststall_sim.state import Status
+
+
+@pytest.fixture(scope='module')
+def trainer():
+    """Return the shipped trainer's model, once."""
+    return models.build(wings.shipped_aircraft('trainer'))
+
+
+def found(model):
+    """Return the subjects of what is odd about an aircraft."""
+    return [each.subject for each in survey.findings(model, survey.survey(model))]
+
+
+def changed(trainer, **change):
+    """Return the trainer's model with something else in its definition."""
+    return models.build(replace(trainer.aircraft, **change))
+
+
+def test_planform_of_a_swept_trapezoid_is_that_of_the_textbook():
+    """Mean chord 2/3 c (1 + t + t^2)/(1 + t), its place b/6 (1 + 2 t)/(1 + t) out."""
+    wing = Surface('wing', (Section((0.0, 0.0, 0.0), 2.0, 'a'),
+                            Section((1.5, 4.0, 0.0), 1.0, 'a')), strips=8, symmetric=True)
+    plan = survey.planform(wing)
+    assert plan.area == pytest.approx(12.0) and plan.aspect_ratio == pytest.approx(64.0 / 12.0)
+    assert plan.mean_chord == pytest.approx(2.0 / 3.0 * 2.0 * 1.75 / 1.5)
+    out = 8.0 / 6.0 * 2.0 / 1.5
+    assert plan.quarter_x == pytest.approx(0.25 * 2.0 + out * math.tan(plan.sweep))
+    assert math.tan(plan.sweep) == pytest.approx((1.5 + 0.25 - 0.5) / 4.0)
+    assert not plan.upright and survey.planform(replace(wing, symmetric=False, sections=(
+        Section((0.0, 0.0, 0.0), 1.0, 'a'), Section((0.0, 0.0, 1.0), 1.0, 'a')))).upright
+
+
+def test_the_trainer_has_the_figures_of_its_design_and_nothing_odd(trainer):
+    """Volumes 0.565 and 0.040 as its file says; the neutral point is where Cm does not change."""
+    figures = survey.survey(trainer)
+    wing, tail, fin = figures.planforms
+    assert tail.volume == pytest.approx(0.565, abs=0.001)
+    assert fin.volume == pytest.approx(0.040, abs=0.001)
+    assert found(trainer) == []
+    assert figures.authority['aileron'][0] > 0.0 > figures.authority['elevator'][1]
+    mass = trainer.aircraft.mass
+    there = changed(trainer, mass=replace(
+        mass, cg_G=(figures.neutral_point, *mass.cg_G[1:])))
+    assert survey.survey(there).static_margin == pytest.approx(0.0, abs=1e-3)
+
+
+def test_each_oddity_is_found_where_it_is(trainer):
+    """One thing wrong at a time, and that one named."""
+    aircraft = trainer.aircraft
+    mass = aircraft.mass
+    wing, tail, fin = aircraft.surfaces
+    level = replace(tail, sections=tuple(replace(
+        s, leading_edge_G=(*s.leading_edge_G[:2], 0.02)) for s in tail.sections))
+    aileron, elevator, rudder = aircraft.controls
+    backwards = replace(aileron, effectors=tuple(
+        replace(e, gain=-e.gain) for e in aileron.effectors))
+    cliff = np.array(aircraft.airfoils[0].cl)
+    alpha = aircraft.airfoils[0].alpha
+    cliff[(alpha > 0.30) & (alpha < 0.6)] -= 0.5
+    for change, subject in (
+            ({'mass': replace(mass, cg_G=(0.30, *mass.cg_G[1:]))}, 'static margin'),
+            ({'mass': MassProperties(mass.mass, mass.cg_G, 9.0 * mass.inertia_B)},
+             'inertia in roll'),
+            ({'surfaces': (wing, level, fin)}, 'tail'),
+            ({'surfaces': (wing.cut(6), tail, fin)}, 'wing'),
+            ({'controls': (backwards, elevator, rudder)}, 'aileron'),
+            ({'controls': (aileron, rudder)}, 'elevator'),
+            ({'airfoils': (replace(aircraft.airfoils[0], cl=cliff), aircraft.airfoils[1])},
+             'airfoil wing')):
+        assert subject in found(changed(trainer, **change)), subject
+
+
+def test_check_says_what_to_do_and_strict_has_an_exit_code(tmp_path, capsys, monkeypatch):
+    """In words, and in JSON."""
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(['check', 'trainer', '--strict']) == 0
+    assert 'nothing odd' in capsys.readouterr().out
+    text = definition.find(definition.Kind.AIRCRAFT, 'trainer').read_text()
+    (tmp_path / 'aft.yaml').write_text(text.replace('cg_m: [0.19', 'cg_m: [0.26'))
+    assert cli.main(['check', 'aft.yaml', '--json', 'aft.json']) == 0
+    assert 'Move the centre of gravity forward' in capsys.readouterr().out
+    assert cli.main(['check', 'aft.yaml', '--strict']) == 1
+    assert json.loads((tmp_path / 'aft.json').read_text())['static_margin'] < 0.0
+
+
+def test_show_draws_and_writes(tmp_path, capsys, monkeypatch):
+    """A figure with ink on it, AVL's files, and the table."""
+    pytest.importorskip('matplotlib')
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(['show', 'trainer', '--plot', 'trainer.png', '--avl', 'back.avl']) == 0
+    said = capsys.readouterr().out
+    assert 'static margin' in said and '0.565' in said
+    assert (tmp_path / 'trainer.png').stat().st_size > 20_000
+    assert definition.aircraft(tmp_path / 'back.avl').mass.mass == 9.0
+
+
+@pytest.mark.parametrize(('span', 'chord', 'mass'), [(4.0, 0.3, 5.0), (1.2, 0.2, 0.8)])
+def test_a_new_aircraft_passes_its_check_trims_and_flies(tmp_path, monkeypatch, span, chord, mass):
+    """Nothing odd, 5 to 20 % stable, level at CL 0.5, and two seconds of the stall scenario."""
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(['new', 'mine', '--span', str(span), '--chord', str(chord), '--mass',
+                     str(mass)]) == 0
+    model = models.build(definition.aircraft('mine.yaml'))
+    assert found(model) == []
+    assert 0.05 < survey.survey(model).static_margin < 0.20
+    cruise = math.sqrt(2.0 * mass * 9.81 / (1.225 * span * chord * 0.5))
+    level = trim.straight(model, airspeed=cruise, altitude=100.0)
+    assert level.status is Status.CONVERGED and 0.0 < level.controls.throttle < 1.0
+    assert cli.main(['fly', '--aircraft', 'mine.yaml', '--duration', '2', '--airspeed',
+                     f'{cruise:.2f}', '--json', 'flight.json']) == 0
+    flown = json.loads((tmp_path / 'flight.json').read_text())['summary']
+    assert flown['flown_s'] == pytest.approx(2.0, abs=0.02)
+    assert abs(flown['altitude_lost_m']) < 1.0 and flown['not_converged_steps'] == 0
+
+
+def test_new_from_avl_writes_the_same_lattice(tmp_path, monkeypatch):
+    """Our YAML and CSV have all that the AVL file has, and an engine."""
+    monkeypatch.chdir(tmp_path)
+    first = wings.shipped_aircraft('trainer')
+    assert cli.main(['show', 'trainer', '--avl', 'plane.avl']) == 0
+    assert cli.main(['new', 'mine', '--from', 'plane.avl']) == 0
+    ours, theirs = definition.aircraft('mine.yaml'), definition.aircraft('plane.avl')
+    assert ours.engines and not theirs.engines and ours.mass.mass == first.mass.mass
+    one, other = (models.lattices.build(each, 4) for each in (ours, theirs))
+    for key in ('ring_corners', 'normal', 'turn'):
+        assert getattr(one, key) == pytest.approx(getattr(other, key), abs=1e-9)
+    assert one.curves == pytest.approx(other.curves, abs=1e-5)
+
+
+@pytest.mark.parametrize(('options', 'complaint'), [
+    (['new', '2fast', '--span', '4'], 'must be a name'),
+    (['new', 'mine', '--span', '4'], 'new needs --chord'),
+    (['new', 'mine', '--span', '4', '--chord', '3', '--mass', '1'], 'span over chord'),
+    (['new', 'mine', '--from', 'nowhere.avl', '--span', '4'], '--span has no effect'),
+    (['new', 'mine', '--from', 'nowhere.avl'], 'nowhere.avl: does not exist')])
+def test_bad_numbers_are_refused_in_one_line(capsys, tmp_path, monkeypatch, options, complaint):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(options) == 2
+    error = capsys.readouterr().err
+    assert complaint in error and error.count('\n') == 1
