@@ -16,6 +16,8 @@ from processes import Probe, starter
 def pytest_addoption(parser):
     parser.addoption('--flows', type=int, metavar='N',
                      help='cold starts: no more than N flows a row, for a quick look')
+    parser.addoption('--flights', type=int, metavar='N', help='campaign: so many flights')
+    parser.addoption('--flight-seconds', type=float, metavar='S', help='campaign: of so long')
 
 
 @pytest.fixture

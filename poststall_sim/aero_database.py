@@ -136,7 +136,8 @@ class Database:
         grid = self._grid
         return {
             'format': FORMAT, 'poststall_sim': __version__,
-            'aircraft': self._model.aircraft.name, 'fingerprint': fingerprint(self._model),
+            'aircraft': self._model.aircraft.name,
+            'fingerprint': fingerprint(self._model.aircraft),
             'settings': repr(self._model.settings),
             'atmosphere': repr(self._model.atmosphere), 'airspeed_m_s': self._airspeed,
             'altitude_m': self._altitude, 'axes': jobs.AXES,

@@ -17,6 +17,7 @@ from poststall_sim import __version__, terminal
 from poststall_sim import option_values as values
 from poststall_sim.commands import (
     airfoil,
+    campaign,
     check,
     database,
     derivatives,
@@ -32,7 +33,7 @@ from poststall_sim.commands import (
 )
 
 COMMANDS = (new, show, check, polar, trim, modes, derivatives, database, fly, plot, report,
-            export, airfoil)
+            export, airfoil, campaign)
 """In the order of the help."""
 
 _NEGATIVE = re.compile(r'-[\d.]')

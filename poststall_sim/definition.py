@@ -54,6 +54,7 @@ class Kind(enum.Enum):
     AIRCRAFT = 'aircraft'
     AIRFOIL = 'airfoils'
     SCENARIO = 'scenarios'
+    CAMPAIGN = 'campaigns'
 
     @property
     def suffix(self) -> str:
@@ -132,12 +133,16 @@ def aircraft(path: str | os.PathLike[str]) -> Aircraft:
     """
     if Path(path).suffix.lower() == '.avl':
         return avl_reader.aircraft(path)
-    read = open_yaml(path)
+    return aircraft_in(open_yaml(path), Path(path).parent)
+
+
+def aircraft_in(read: Reader, folder: Path) -> Aircraft:
+    """Read an aircraft from a mapping whose files are named from a folder."""
     read.text('description', default='', free=True)
     name = read.text('name')
     files = read.mapping('airfoils')
     airfoils = tuple(table for key in files.names()
-                     for table in _airfoil(files, key, Path(path).parent))
+                     for table in _airfoil(files, key, folder))
     surfaces: tuple[Surface, ...] = ()
     for item in read.mappings('surfaces'):
         surface = _surface(item, {key: key for key in files.names()})
@@ -159,7 +164,11 @@ def aircraft(path: str | os.PathLike[str]) -> Aircraft:
 
 def scenario(path: str | os.PathLike[str]) -> Scenario:
     """Read a scenario from a YAML file."""
-    read = open_yaml(path)
+    return scenario_in(open_yaml(path))
+
+
+def scenario_in(read: Reader) -> Scenario:
+    """Read a scenario from a mapping."""
     read.text('description', default='', free=True)
     name, duration = read.text('name'), read.number('duration_s', above=0, at_most=86400)
     initial = read.mapping('initial')

@@ -43,7 +43,7 @@ def save_state(flight: Flight, path: Path) -> None:
     """
     _require_regular(path)
     arrays = dict(_arrays('', flight.saved()))
-    arrays |= {_FORMAT: np.array(FORMAT), _AIRCRAFT: np.array(fingerprint(flight.model)),
+    arrays |= {_FORMAT: np.array(FORMAT), _AIRCRAFT: np.array(fingerprint(flight.model.aircraft)),
                _SETTINGS: np.array(repr(flight.model.settings))}
     unfinished = path.with_name(path.name + '.part')
     _require_regular(unfinished)   # a pipe of that name would be waited for
@@ -81,7 +81,7 @@ def load_state(model: Model, path: Path) -> Flight:
     if arrays[_FORMAT] != FORMAT:
         raise ConfigError(f'{path}: format {arrays[_FORMAT]}, expected {FORMAT}: it was written '
                           'by another version')
-    if arrays[_AIRCRAFT] != fingerprint(model):
+    if arrays[_AIRCRAFT] != fingerprint(model.aircraft):
         raise ConfigError(f'{path}: written with another aircraft than {model.aircraft.name} is '
                           'now')
     if arrays[_SETTINGS] != repr(model.settings):
@@ -106,10 +106,10 @@ def _require_regular(path: Path) -> None:
         raise ConfigError(f'{path}: {found.st_size} bytes, more than any flight ({GREATEST})')
 
 
-def fingerprint(model: Model) -> str:
-    """Return a hash of everything an aircraft is defined by."""
+def fingerprint(record: Any) -> str:
+    """Return a hash of everything in a record, an aircraft or any other."""
     digest = hashlib.sha256()
-    for name, array in _arrays('', model.aircraft):
+    for name, array in _arrays('', record):
         digest.update(f'{name} {array.dtype} {array.shape} '.encode())
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()

@@ -22,7 +22,7 @@ from poststall_sim import envelope, failure_reader, failures, flight_file, topic
 from poststall_sim import polar as polars
 from poststall_sim.aero.model import Model
 from poststall_sim.aero.solver import AeroResult
-from poststall_sim.aircraft import ConfigError
+from poststall_sim.aircraft import Aircraft, ConfigError
 from poststall_sim.failures import Failure
 from poststall_sim.frames import (
     FloatArray,
@@ -250,9 +250,8 @@ def model_area(model: Model, strips: slice) -> float:
     return float(np.sum(lattice.strip_chord[strips] * lattice.strip_width[strips]))
 
 
-def require_controls(model: Model, scenario: Scenario) -> None:
+def require_controls(aircraft: Aircraft, scenario: Scenario) -> None:
     """Refuse a scenario that moves what the aircraft does not have, too far or after the end."""
-    aircraft = model.aircraft
     limits = {each.name: each.limits for each in aircraft.controls}
     names = (*limits, *([topics.THROTTLE] if aircraft.engines else []))
     unknown = [each.control for each in scenario.channels if each.control not in names]

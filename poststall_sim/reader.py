@@ -129,6 +129,11 @@ class Reader:
         self._mapping = mapping
         self._asked: list[str] = []
 
+    @property
+    def tree(self) -> Mapping[str, Any]:
+        """The mapping itself, for who puts other values in its place."""
+        return self._mapping
+
     def done(self) -> None:
         """Refuse the keys that nobody asked for."""
         for key in self._mapping:
@@ -148,6 +153,10 @@ class Reader:
         """Tell whether a key that may be left out is there."""
         self._get(key, None)
         return key in self._mapping
+
+    def value(self, key: str, *, default: Any = _REQUIRED) -> Any:
+        """Return whatever stands there, for who checks it."""
+        return self._get(key, default)
 
     def number(self, key: str, *, default: float = _REQUIRED, **limits: Any) -> float:
         """Return a finite number; limits: ``above``, ``at_least``, ``at_most``, ``within``."""

@@ -18,7 +18,7 @@ from poststall_sim.frames import GRAVITY
 
 ROOT = Path(__file__).resolve().parents[1]
 COMMANDS = ['polar', 'trim', 'modes', 'derivatives', 'database', 'fly', 'plot', 'export',
-            'airfoil']
+            'airfoil', 'campaign']
 
 
 def run(*words):
@@ -49,7 +49,7 @@ def test_help_of_each_command_gives_an_example_that_parses(name, capsys):
     assert end.value.code == 0
     text = capsys.readouterr().out
     assert '--json' in text and 'exit codes' in text
-    assert ('--aircraft' in text) != (name == 'airfoil')
+    assert ('--aircraft' in text) != (name in ('airfoil', 'campaign'))
     example, = (line for line in text.splitlines() if line.startswith('example: '))
     words = example.split()
     assert words[1:3] == ['poststall', name]

@@ -204,7 +204,7 @@ def test_scenario_fails_what_it_says_when_it_says(flight):
     scenario = Scenario('faulty', 1.0, 12.0, 100.0, (
         Channel('elevator', ((0.0, 0.0), (1.0, -10.0 * DEG))),), faults=(
             Fault(8 * dt, 'elevator', LOST), Fault(4 * dt, 'elevator', STUCK)))
-    jobs.require_controls(flight.model, scenario)
+    jobs.require_controls(flight.model.aircraft, scenario)
     trim = shown(flight.snapshot, flight)['elevator']
     found = [shown(snapshot, flight)['elevator'] - trim
              for snapshot in jobs.fly(flight, scenario, 12 * dt)]
@@ -214,4 +214,4 @@ def test_scenario_fails_what_it_says_when_it_says(flight):
     assert found[8:] == pytest.approx([-trim] * 4)
     wrong = dataclasses.replace(scenario, faults=(Fault(0.0, 'flap', LOST),))
     with pytest.raises(ConfigError, match="scenario faulty: nothing is named 'flap'"):
-        jobs.require_controls(flight.model, wrong)
+        jobs.require_controls(flight.model.aircraft, wrong)

@@ -151,4 +151,4 @@ def test_elevons_are_two_controls_of_the_same_flaps():
 def test_an_aircraft_without_rudder_refuses_a_scenario_that_moves_it():
     spin = definition.scenario(definition.find('scenarios', 'spin'))
     with pytest.raises(ConfigError, match='scenario spin moves throttle, rudder: free_roll_wing'):
-        jobs.require_controls(built('free_roll_wing'), spin)
+        jobs.require_controls(built('free_roll_wing').aircraft, spin)

@@ -32,6 +32,11 @@ LIBRARIES = {
     'threadpoolctl': (None, 'threadpoolctl'),  # has no rosdep key
     'control': (None, 'control'),
     'plotly': (None, 'plotly'),
+    'dask': (None, 'dask'),
+    'distributed': (None, 'dask'),
+    'pyarrow': (None, 'pyarrow'),
+    'xarray': (None, 'xarray'),
+    'zarr': (None, 'zarr'),
 }
 # Used where they are found: a full Jazzy has them, pip has not.
 OPTIONAL = {'tf2_msgs', 'simulation_interfaces', 'rosbag2_py'}
@@ -151,7 +156,8 @@ def test_executables_exist(metadata):
 def test_every_import_is_a_declared_dependency(manifest, metadata):
     rosdep_keys = {element.text for element in manifest.findall('exec_depend')}
     pip_names = {re.match(r'[\w-]+', need).group()
-                 for need in metadata['install_requires'] + metadata['extras_require']['all']}
+                 for need in metadata['install_requires'] + metadata['extras_require']['all']
+                 + metadata['extras_require']['campaign']}
     for name, where in imported('poststall_sim', 'launch').items():
         if name in OPTIONAL:
             continue

@@ -129,7 +129,7 @@ def test_every_shipped_scenario_is_tested():
 def test_scenarios_move_what_their_aircraft_has_and_tell_their_own_name(name):
     scenario = read(name)
     model = models.build(aircraft(FLOWN_BY.get(name, 'trainer')))
-    jobs.require_controls(model, scenario)
+    jobs.require_controls(model.aircraft, scenario)
     assert scenario.name == name
 
 

@@ -98,7 +98,7 @@ def run(arguments: argparse.Namespace) -> int:
             raise ConfigError(f'scenario {scenario.name}: {name} {complaint}')
     # Refuses what is wrong with the definition.
     model = solver.model(arguments, scenario.atmosphere)
-    jobs.require_controls(model, scenario)
+    jobs.require_controls(model.aircraft, scenario)
     if arguments.resume:
         for name in ('airspeed', 'altitude', 'wind', 'turbulence', 'seed', 'gust',
                      'temperature_offset', 'qnh'):

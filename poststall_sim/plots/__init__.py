@@ -1,7 +1,7 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Every figure: of a flight from its bag, of a polar, of trims, of modes.
+Every figure: of a flight from its bag, of a polar, of trims, of modes, of a campaign.
 
 Angles are in degrees here. matplotlib is imported when something is drawn, and used without
 pyplot: no display, no state. What reads bags is imported when a bag is drawn.
@@ -16,8 +16,8 @@ from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import Aircraft
 from poststall_sim.survey import Survey
 
-__all__ = ['aircraft_figure', 'airfoil_figure', 'derivatives_figure', 'flight_figures',
-           'modes_figure', 'polar_figure', 'trim_figure']
+__all__ = ['aircraft_figure', 'airfoil_figure', 'campaign_figures', 'derivatives_figure',
+           'flight_figures', 'modes_figure', 'polar_figure', 'trim_figure']
 
 
 def flight_figures(bag_path: str | os.PathLike[str], output_dir: str | os.PathLike[str], *,
@@ -72,3 +72,10 @@ def airfoil_figure(result: Mapping[str, Any], path: str | os.PathLike[str]) -> P
     """Draw a section's curves from what ``poststall airfoil`` writes as JSON."""
     from poststall_sim.plots import airfoil
     return airfoil.draw_airfoil(result, Path(path))
+
+
+def campaign_figures(definition: Mapping[str, Any], rows: Mapping[str, Any],
+                     folder: str | os.PathLike[str]) -> list[Path]:
+    """Draw the table of a campaign, by column; definition : what is in its ``campaign.json``."""
+    from poststall_sim.plots import campaign
+    return campaign.draw_campaign(definition, rows, Path(folder))

@@ -1,0 +1,276 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""
+Cases made of a campaign, and the checks that come before the first of them is computed.
+
+Each case is read as a definition of its own, so that a value no aircraft can have is refused with
+its key; and a key that could be given any of its values without a case becoming another is refused
+too.
+"""
+
+import dataclasses
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from poststall_sim import air_reader, definition, flight_file, jobs
+from poststall_sim.aero.model import DEFAULTS, Settings
+from poststall_sim.aero.separation import Separation
+from poststall_sim.aero.wake import Shape
+from poststall_sim.aircraft import Aircraft, ConfigError
+from poststall_sim.atmosphere import STANDARD, Atmosphere
+from poststall_sim.autopilot_law import Law
+from poststall_sim.campaign import paths, pilots, sampling
+from poststall_sim.campaign.case import Case, Flying, Initial, Recovered, Steady, Stop
+from poststall_sim.campaign.definition import EXAMPLE, FLIGHT, NOBODY, Campaign
+from poststall_sim.campaign.sampling import Distribution, Value
+from poststall_sim.reader import Place, Reader, shown
+from poststall_sim.scenario import Scenario
+from poststall_sim.weather import CALM
+
+CPU_LIMIT = 600.0
+"""Of a flight, where nothing else is asked for [s of processor time]."""
+PROBED = 12
+"""In so many cases, over all of the design, it is tried whether a key changes anything."""
+_SECONDS = {'duration_s': (1e-3, 86400.0), 'dt_s': (1e-5, 1.0), 'cpu_limit_s': (1e-3, 1e6)}
+_ANGLE, _RATE = (-180.0, 180.0), (-3600.0, 3600.0)
+
+
+class Builder:
+    """Makes cases of a campaign; aircraft that several cases share are read once."""
+
+    def __init__(self, campaign: Campaign) -> None:
+        self.campaign = campaign
+        self._aircraft: dict[Any, tuple[Aircraft, str]] = {}
+
+    def cases(self, without: frozenset[int] = frozenset()) -> Iterator[Case]:
+        """Yield all cases but those of some numbers."""
+        for index, values in enumerate(self.campaign.design):
+            if index not in without:
+                yield self.case(index, values)
+
+    def case(self, index: int, values: tuple[Value, ...]) -> Case:
+        """Return a case; whatever it cannot be is a `ConfigError` with the key."""
+        campaign = self.campaign
+        inputs = dict(zip((each.key for each in campaign.variables), values))
+        tree = paths.changed(campaign.tree, inputs, campaign.where)
+        aircraft, key = self._read_aircraft(tree, inputs)
+        settings = _settings(Reader(tree['settings'], campaign.where.key('settings')))
+        seed = sampling.case_seed(campaign.seed, index)
+        atmosphere = STANDARD
+        if campaign.kind == FLIGHT:
+            task, atmosphere = self._flying(tree, aircraft, seed)
+        else:
+            task = _steady(campaign.kind,
+                           Reader(tree['condition'], campaign.where.key('condition')))
+        return Case(
+            index=index, seed=seed, inputs=inputs, atmosphere=atmosphere,
+            aircraft=aircraft, settings=settings, task=task, quantities=campaign.quantities,
+            model_key=f'{key} {settings!r} {atmosphere!r}')
+
+    def _read_aircraft(self, tree: Mapping[str, Any],
+                       inputs: Mapping[str, Value]) -> tuple[Aircraft, str]:
+        own = tuple(sorted((k, v) for k, v in inputs.items() if k.startswith('aircraft.')))
+        if own not in self._aircraft:
+            path = self.campaign.aircraft_file
+            read = definition.aircraft_in(Reader(tree['aircraft'], Place(path.name)), path.parent)
+            # Its name makes no difference to how it flies.
+            print_of = flight_file.fingerprint(dataclasses.replace(read, name='aircraft'))
+            while len(self._aircraft) > 100:
+                self._aircraft.pop(next(iter(self._aircraft)))
+            self._aircraft[own] = read, print_of
+        return self._aircraft[own]
+
+    def _flying(self, tree: dict[str, Any], aircraft: Aircraft,
+                seed: int) -> tuple[Flying, Atmosphere]:
+        where = self.campaign.where
+        scenario: Scenario | None = None
+        law, autopilot = None, None
+        if self.campaign.scenario_file is not None:
+            scenario = definition.scenario_in(
+                Reader(tree['scenario'], Place(self.campaign.scenario_file.name)))
+            jobs.require_controls(aircraft, scenario)
+        elif tree['autopilot'] == EXAMPLE:
+            law = _law(Reader(tree['law'], where.key('law')))
+        elif tree['autopilot'] != NOBODY:
+            autopilot = str(tree['autopilot'])
+            try:
+                pilots.imported(autopilot)
+            except ConfigError as error:
+                raise where.error(f'{error}; expected {NOBODY}, {EXAMPLE} or MODULE:FUNCTION') \
+                    from None
+        numbers = {key: where.key(key).number(tree[key], within=limits)
+                   for key, limits in _SECONDS.items() if key in tree}
+        if scenario is None and 'duration_s' not in numbers:
+            raise where.error('key duration_s must be there: without a scenario nothing says '
+                              'how long to fly')
+        spin = where.key('spin_alpha_deg').number(tree.get('spin_alpha_deg', 16.0),
+                                                  within=(0.0, 90.0))
+        initial = _initial(Reader(tree['initial'], where.key('initial')), scenario)
+        if scenario is not None and not tree['air']:
+            atmosphere, weather = scenario.atmosphere, scenario.weather
+        else:
+            atmosphere, weather = air_reader.air(
+                Reader(tree['air'], where.key('air')), initial.altitude)
+        if weather.turbulence is not None:   # another one in each case
+            weather = dataclasses.replace(weather, turbulence=dataclasses.replace(
+                weather.turbulence, seed=seed % 2 ** 53))
+        return Flying(
+            initial=initial, weather=weather,
+            duration=numbers.get('duration_s') or scenario.duration,
+            dt=numbers.get('dt_s'),
+            scenario=None if scenario is None else dataclasses.replace(
+                scenario, name='scenario', duration=1.0, airspeed=1.0, altitude=1.0,
+                atmosphere=STANDARD, weather=CALM),
+            law=law, autopilot=autopilot,
+            recovered=_recovered(Reader(tree['recovered'], where.key('recovered'))),
+            spin_alpha=math.radians(spin), stop=_stop(Reader(tree['stop'], where.key('stop'))),
+            history_every=self.campaign.history_every,
+            cpu_limit=numbers.get('cpu_limit_s', CPU_LIMIT)), atmosphere
+
+
+def functions(campaign: Campaign) -> list[str]:
+    """Return the functions of the user's, MODULE:FUNCTION, that fly in a campaign."""
+    named = [campaign.tree.get('autopilot', NOBODY)]
+    for each in campaign.variables:
+        if each.key == 'autopilot' and not isinstance(each.over, Distribution):
+            named = list(each.over)
+    return [str(name) for name in named if name not in (NOBODY, EXAMPLE)]
+
+
+def check(campaign: Campaign) -> int:
+    """Refuse a campaign of which any case cannot be, or any key changes nothing; count cases."""
+    builder, design, law_flies = Builder(campaign), campaign.design, False
+    for index, values in enumerate(design):
+        try:
+            case = builder.case(index, values)
+        except ConfigError as error:
+            given = ', '.join(f'{each.key} = {shown(value)}'
+                              for each, value in zip(campaign.variables, values))
+            raise ConfigError(f'{campaign.where.file}: case {index} ({given}) cannot be: '
+                              f'{error}') from None
+        if isinstance(case.task, Flying):
+            law_flies = law_flies or case.task.law is not None
+        elif index == 0:
+            _require_condition(campaign, case.task)
+    if campaign.tree.get('law') and not law_flies:
+        raise campaign.where.error(f'law: changes nothing, the autopilot is never {EXAMPLE}')
+    for place, variable in enumerate(campaign.variables):
+        _require_effect(builder, design, place, variable)
+    return len(design)
+
+
+def _require_effect(builder: Builder, design: list[tuple[Value, ...]], place: int,
+                    variable: sampling.Variable) -> None:
+    """Refuse a key that none of a few cases changes with, whatever it is given."""
+    others = list(variable.over.quantile([0.25, 0.75])) \
+        if isinstance(variable.over, Distribution) else [variable.over[0], variable.over[-1]]
+    for index in range(0, len(design), max(1, len(design) // PROBED)):
+        prints = set()
+        for other in others:
+            values = list(design[index])
+            values[place] = float(other) if isinstance(variable.over, Distribution) else other
+            prints.add(_print(builder.case(0, tuple(values))))
+        if len(prints) > 1:
+            return
+    raise builder.campaign.where.error(
+        f'vary[{place}].key: {variable.key} changes nothing here, from {shown(others[0])} to '
+        f'{shown(others[1])}')
+
+
+def _print(case: Case) -> tuple[str, str, str]:
+    """Return what a case is told from others by, but for its number."""
+    return case.model_key, repr(case.task), repr(case.settings)
+
+
+def _require_condition(campaign: Campaign, task: Steady) -> None:
+    where = campaign.where.key('condition')
+    for name, key in (('alpha', 'alpha_deg'), ('airspeed', 'airspeed_m_s')):
+        needed = {'polar': ('alpha', 'airspeed'), 'modes': ('alpha',)}.get(task.kind, ())
+        if name in needed and getattr(task, name) is None:
+            raise where.error(f'key {key} must be there for {task.kind}')
+    if task.kind == 'trim' and (task.alpha is None) == (task.airspeed is None):
+        raise where.error('a trim has either airspeed_m_s or alpha_deg')
+
+
+def _initial(read: Reader, scenario: Scenario | None) -> Initial:
+    airspeed = read.number_if_any('airspeed_m_s', within=(0.1, 400.0))
+    altitude = read.number_if_any('altitude_m', within=(0.1, 20_000.0))
+    if scenario is not None:
+        airspeed = scenario.airspeed if airspeed is None else airspeed
+        altitude = scenario.altitude if altitude is None else altitude
+    for key, value in (('airspeed_m_s', airspeed), ('altitude_m', altitude)):
+        if value is None:
+            read.number(key)   # says that it must be there
+
+    def angle(key: str, limits: tuple[float, float] = _ANGLE) -> float | None:
+        value = read.number_if_any(key, within=limits)
+        return None if value is None else math.radians(value)
+
+    trim_airspeed = read.number_if_any('trim_airspeed_m_s', within=(0.1, 400.0))
+    return read.build(
+        Initial, trim_airspeed=trim_airspeed or airspeed, altitude=altitude, airspeed=airspeed,
+        alpha=angle('alpha_deg'), beta=angle('beta_deg', (-90.0, 90.0)) or 0.0,
+        roll=angle('roll_deg') or 0.0, pitch=angle('pitch_deg', (-90.0, 90.0)),
+        heading=angle('heading_deg', (-360.0, 360.0)) or 0.0,
+        rates_B=tuple(angle(f'{name}_rate_deg_s', _RATE) or 0.0
+                      for name in ('roll', 'pitch', 'yaw')))
+
+
+def _law(read: Reader) -> Law:
+    return read.build(Law, **{field.name: read.number(field.name, default=field.default)
+                              for field in dataclasses.fields(Law)})
+
+
+def _recovered(read: Reader) -> Recovered:
+    return read.build(
+        Recovered,
+        alpha=math.radians(read.number('alpha_deg', default=12.0, within=(0.0, 180.0))),
+        roll=math.radians(read.number('roll_deg', default=30.0, within=(0.0, 180.0))),
+        rate=math.radians(read.number('rate_deg_s', default=30.0, above=0.0)),
+        hold=read.number('hold_s', default=0.5, at_least=0.0))
+
+
+def _stop(read: Reader) -> Stop:
+    return read.build(
+        Stop, **{name: read.boolean(name) for name in ('recovered', 'spun') if name in read.tree},
+        height_lost=read.number_if_any('height_lost_m', above=0.0) or math.inf)
+
+
+def _settings(read: Reader) -> Settings:
+    given: dict[str, Any] = {}
+    if 'panels' in read.tree:
+        given['chordwise'] = read.count('panels', at_most=32)
+    for name, key in (('ell', 'ell_chords'), ('lag', 'lag_chords'), ('delay', 'delay_chords'),
+                      ('relaxation', 'relaxation_chords')):
+        if key in read.tree:
+            given[name] = read.number(key)
+    for name in ('decambering', 'ground'):
+        if name in read.tree:
+            given[name] = read.boolean(name)
+    for name, kind in (('separation', Separation), ('wake', Shape)):
+        if name in read.tree:
+            given[name] = read.choice(name, {each.value: each for each in kind})
+    read.done()
+    return read.where.build(lambda **fields: dataclasses.replace(DEFAULTS, **fields), **given)
+
+
+def _steady(kind: str, read: Reader) -> Steady:
+    def angle(key: str, limits: tuple[float, float] = _ANGLE) -> float | None:
+        value = read.number_if_any(key, within=limits)
+        return None if value is None else math.radians(value)
+
+    common = {'kind': kind, 'altitude': read.number('altitude_m', default=0.0,
+                                                    within=(-500.0, 20_000.0)),
+              'alpha': angle('alpha_deg', (-180.0, 180.0) if kind == 'polar' else (-40.0, 60.0))}
+    if kind != 'modes':
+        common['airspeed'] = read.number_if_any('airspeed_m_s', within=(0.1, 400.0))
+    if kind != 'polar':
+        return read.build(Steady, climb_angle=angle('climb_deg', (-90.0, 90.0)), **common)
+    controls = read.mapping('controls_deg', default={})
+    deflections = tuple((name, math.radians(controls.number(name, within=(-90.0, 90.0))))
+                        for name in controls.names())
+    return read.build(
+        Steady, beta=angle('beta_deg', (-90.0, 90.0)) or 0.0, deflections=deflections,
+        rates=tuple(read.number(f'{name}_rate', default=0.0, within=(-1.0, 1.0))
+                    for name in ('roll', 'pitch', 'yaw')), **common)

@@ -1,0 +1,211 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""Campaigns on Dask: the same table whoever computed it, failures that are rows, nothing lost."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import campaigns
+import pytest
+
+from poststall_sim import cli
+from poststall_sim.aircraft import ConfigError
+
+pytest.importorskip('distributed', reason='distributed is not installed: see extra campaign')
+pytest.importorskip('pyarrow', reason='pyarrow is not installed: see extra campaign')
+pytest.importorskip('xarray', reason='xarray is not installed: see extra campaign')
+pytest.importorskip('zarr', reason='zarr is not installed: see extra campaign')
+
+from poststall_sim.campaign import cases, engine, job, table
+from poststall_sim.campaign import definition as files
+
+HISTORIES = campaigns.BRIEF + 'keep: {history_every_s: 0.02}\n'
+
+
+def quietly(items, total):
+    return iter(items)
+
+
+def flown(path, folder, **options):
+    """Compute a campaign, and return the bytes of its table."""
+    campaign = files.campaign(path)
+    cases.check(campaign)
+    job.run(campaign, folder, watch=quietly, **options)
+    return (folder / table.TABLE).read_bytes()
+
+
+def rows(folder):
+    """Return the rows of a table as mappings."""
+    _, columns = table.read(folder)
+    return [dict(zip(columns, values)) for values in zip(*columns.values())]
+
+
+def histories(folder):
+    """Return the bytes of every chunk of the histories."""
+    root = folder / table.HISTORIES
+    return {path.relative_to(root): path.read_bytes() for path in root.rglob('*.*')
+            if path.is_file()}
+
+
+def test_one_worker_and_two_write_the_same_table_to_the_byte(tmp_path):
+    path = campaigns.written(tmp_path / 'given', HISTORIES)
+    one = flown(path, tmp_path / 'one', workers=1)
+    assert flown(path, tmp_path / 'two', workers=2) == one
+    found = rows(tmp_path / 'one')
+    assert [row['case'] for row in found] == list(range(8))
+    assert {row['status'] for row in found} == {'done'}
+    assert len({row['final_alpha_deg'] for row in found}) == 8
+    chunks = histories(tmp_path / 'one')
+    assert chunks == histories(tmp_path / 'two') and len(chunks) >= 8
+    costs = table.costs(tmp_path / 'one')
+    assert costs['case'] == list(range(8)) and min(costs['cpu_s']) > 0.0
+
+
+def test_what_fails_is_a_row_with_its_reason_and_the_rest_goes_on(tmp_path):
+    head, _, _ = campaigns.BRIEF.replace('_s: 0.1', '_s: 0.5').partition('vary:')
+    path = campaigns.written(tmp_path / 'given', head + (
+        'cpu_limit_s: 0.5\nvary:\n'
+        '  - {key: autopilot, values: [none, "campaign_pilots:raises", "campaign_pilots:kills",\n'
+        '                              "campaign_pilots:spins"]}\n'))
+    sys.path.insert(0, str(tmp_path / 'given'))   # as the command does
+    try:
+        flown(path, tmp_path / 'out', workers=2)
+    finally:
+        sys.path.remove(str(tmp_path / 'given'))
+    found = rows(tmp_path / 'out')
+    ends = [row['status'] for row in found]
+    assert ends == ['done', 'error', 'lost', 'timed_out']
+    assert found[1]['reason'] == 'ValueError: no such thing'
+    assert 'each of the 2 times' in found[2]['reason']
+    assert 'more than 0.5 s of processor time' in found[3]['reason']
+    assert found[0]['height_lost_m'] is not None and found[2]['height_lost_m'] is None
+
+
+def test_a_campaign_is_gone_on_with_and_one_of_another_definition_is_not(tmp_path):
+    path = campaigns.written(tmp_path / 'given')
+    campaign, out = files.campaign(path), tmp_path / 'out'
+    whole = flown(path, tmp_path / 'whole', workers=1)
+
+    # As it is after a kill: five of the rows are in a part, and there is no table.
+    with table.opened(out, job.identity(campaign), job.columns(campaign), resume=False) as store:
+        found = rows(tmp_path / 'whole')
+        for row in found[3:]:
+            store.add({**row}, None, {'cpu_s': 1.0, 'wall_s': 1.0, 'worker': 'x', 'tries': 1})
+    begun = []
+    original = engine.run
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(engine, 'run', lambda client, left: original(
+            client, (begun.append(case.index) or case for case in left)))
+        assert flown(path, out, workers=1, resume=True) == whole
+    assert begun == [0, 1, 2]
+
+    with pytest.raises(ConfigError, match='give --resume'):
+        flown(path, out, workers=1)
+    other = campaigns.written(tmp_path / 'given', campaigns.BRIEF.replace('seed: 3', 'seed: 4'))
+    with pytest.raises(ConfigError, match='another definition'):
+        flown(other, out, workers=1, resume=True)
+    with pytest.raises(ConfigError, match='no campaign to go on with'):
+        flown(path, tmp_path / 'nowhere', workers=1, resume=True)
+
+
+def test_two_programs_do_not_write_into_one_folder(tmp_path):
+    campaign = files.campaign(campaigns.written(tmp_path / 'given'))
+    given = job.identity(campaign), job.columns(campaign)
+    with table.opened(tmp_path / 'out', *given, resume=False):
+        with pytest.raises(ConfigError, match='another campaign is writing'):
+            with table.opened(tmp_path / 'out', *given, resume=True):
+                pass
+
+
+def test_the_command_checks_flies_and_draws(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = campaigns.written(tmp_path / 'given')
+    assert cli.main(['campaign', str(path), '--check']) == 0
+    assert 'brief: 8 cases' in capsys.readouterr().out
+    assert cli.main(['campaign', str(path), '--workers', '1', '--json', 'summary.json']) == 0
+    assert 'done' in capsys.readouterr().out
+    pytest.importorskip('matplotlib', reason='matplotlib is not installed')
+    assert cli.main(['campaign', 'plot', 'brief']) == 0
+    drawn = {each.name for each in (tmp_path / 'brief' / 'figures').iterdir()}
+    assert {'distributions.png', 'scatter.png', 'sensitivity.png'} <= drawn
+
+
+def test_a_scheduler_that_is_not_there_is_said_so(tmp_path, capsys):
+    path = campaigns.written(tmp_path / 'given')
+    assert cli.main(['campaign', str(path), '--output', str(tmp_path / 'out'),
+                     '--scheduler', 'tcp://127.0.0.1:9']) == 2
+    assert 'no scheduler answers at tcp://127.0.0.1:9' in capsys.readouterr().err
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(900)
+def test_killed_frozen_and_resumed_it_is_the_table_of_an_undisturbed_run(tmp_path):
+    """
+    A scheduler and three workers on loopback, each a process: none of 40 rows is lost, none twice.
+
+    One worker is killed in mid-run, one stands still for 10 s, and the client is killed and
+    resumed. Flights pause for wall time, so that there is a mid-run on any machine.
+    """
+    head, _, _ = campaigns.BRIEF.partition('vary:')
+    text = head + ('autopilot: "campaign_pilots:make"\nvary:\n'
+                   '  - {key: initial.alpha_deg, grid: {from: 2, to: 24, count: 40}}\n')
+    given, out = tmp_path / 'given', tmp_path / 'out'
+    path = campaigns.written(given, text, pause=0.1)
+    address, log = tmp_path / 'scheduler.json', tmp_path / 'log.txt'
+
+    def client(*more):
+        return campaigns.started(
+            'poststall_sim.cli', 'campaign', str(path), '--output', str(out),
+            '--scheduler', dask_address(), *more, folder=given, log=log)
+
+    def dask_address():
+        return json.loads(address.read_text())['address']
+
+    def written():
+        return table.read(out)[1]['case'] if list(out.glob('parts/part-*.parquet')) else []
+
+    words = ('distributed.cli.dask_worker', '--scheduler-file', str(address), '--nthreads', '1',
+             '--no-dashboard', '--host', '127.0.0.1')
+    with campaigns.started('distributed.cli.dask_scheduler', '--scheduler-file', str(address),
+                           '--host', '127.0.0.1', '--port', '0', '--no-dashboard',
+                           folder=given, log=log):
+        campaigns.eventually(lambda: address.exists() and address.read_text(), 'scheduler')
+        with campaigns.started(*words, '--no-nanny', folder=given, log=log) as killed, \
+                campaigns.started(*words, '--no-nanny', folder=given, log=log) as frozen, \
+                campaigns.started(*words, '--no-nanny', folder=given, log=log):
+            with client() as first:
+                campaigns.eventually(written, 'rows')
+                killed.send_signal(signal.SIGKILL)
+                frozen.send_signal(signal.SIGSTOP)
+                time.sleep(10.0)
+                frozen.send_signal(signal.SIGCONT)
+                before = campaigns.eventually(
+                    lambda: written() if len(written()) > 12 else None, 'rows after the freeze')
+                first.send_signal(signal.SIGKILL)
+                first.wait()
+            kept = written()
+            assert 12 < len(kept) < 40 and set(before) <= set(kept)
+            with client('--resume') as second:
+                assert second.wait(300) == 0, log.read_text()[-3000:]
+    parts = sorted(written())
+    assert parts == list(range(40))   # none lost, none twice
+    quick = campaigns.written(tmp_path / 'quick', text)   # the same definition, without pauses
+    undisturbed = tmp_path / 'undisturbed'
+    done = subprocess.run(
+        [sys.executable, '-m', 'poststall_sim.cli', 'campaign', str(quick), '--output',
+         str(undisturbed), '--workers', '1'], env=campaigns.environment(tmp_path / 'quick'),
+        capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert (undisturbed / table.TABLE).read_bytes() == (out / table.TABLE).read_bytes()
+    assert {row['status'] for row in rows(out)} == {'done'}
+
+
+@pytest.mark.soak
+@pytest.mark.skipif(not hasattr(os, 'fork'), reason='counts processes as POSIX has them')
+def test_four_workers_write_the_table_of_one(tmp_path):
+    path = campaigns.written(tmp_path / 'given', HISTORIES.replace('count: 4', 'count: 10'))
+    assert flown(path, tmp_path / 'four', workers=4) == flown(path, tmp_path / 'one', workers=1)
