@@ -151,6 +151,13 @@ def write_curves(folder):
         (folder / f'{name}.csv').write_text('\n'.join([*lines, '']), encoding='utf-8')
 
 
+def load(folder, tree, reader):
+    """Return what a reader makes of a tree in a file."""
+    path = folder / 'file.yaml'
+    path.write_text(yaml.safe_dump(tree, sort_keys=False), encoding='utf-8')
+    return reader(path)
+
+
 def keys(path):
     """Return 'surfaces[0].name' as ('surfaces', 0, 'name')."""
     return tuple(int(word) if word.isdigit() else word
@@ -170,3 +177,9 @@ def changed(tree, changes):
         else:
             branch[last] = value
     return result
+
+
+OTHER_SCENARIO_TREE = changed(SCENARIO_TREE, {
+    'air.density_kg_m3': 1.1, 'air.shear': {'law': 'power', 'exponent': 0.143},
+    'air.turbulence': {'spectrum': 'von_karman', 'sigma_m_s': 2.0, 'scale_m': 30.0}})
+"""With the keys of the air that stand in the place of others."""

@@ -10,12 +10,12 @@ import re
 import everything
 import numpy as np
 import pytest
-import yaml
-from everything import AIRCRAFT_TREE, GONE, SCENARIO_TREE
+import test_every_field as rows
+from everything import AIRCRAFT_TREE, GONE, OTHER_SCENARIO_TREE, SCENARIO_TREE, changed
 
 from poststall_sim import definition, propulsion
 from poststall_sim.aero import model as models
-from poststall_sim.aircraft import Aircraft, ConfigError
+from poststall_sim.aircraft import ConfigError
 from poststall_sim.propulsion import Meeting
 from poststall_sim.simulation import Flight
 from poststall_sim.state import BodyState, Controls, Status
@@ -71,7 +71,7 @@ FEW = {**AIRCRAFT_TREE, 'engines': ENGINES[:1]}
 AIRCRAFT = list(mutations(FEW, 1))
 PROPULSION = [each for number, engine in enumerate(ENGINES[1:])
               for each in mutations(alone(engine), number, 'engines')]
-SCENARIO = list(mutations(SCENARIO_TREE, 2))
+SCENARIO = [*mutations(SCENARIO_TREE, 2), *mutations(OTHER_SCENARIO_TREE, 3, 'air')]
 
 
 def dotted(path):
@@ -108,25 +108,21 @@ def folder(tmp_path_factory):
     return folder
 
 
-def read(folder, tree, path, value, reader):
-    file = folder / 'file.yaml'
-    file.write_text(yaml.safe_dump(everything.changed(tree, {path: value}), sort_keys=False),
-                    encoding='utf-8')
-    return reader(file)
-
-
-def test_there_are_200_mutations_of_aircraft_and_every_key_has_one():
+def test_there_are_200_mutations_of_aircraft_and_every_key_of_the_tables_has_one():
     assert len(AIRCRAFT) + len(PROPULSION) >= 200
+    mutated = {key for _, path, _ in (*AIRCRAFT, *PROPULSION, *SCENARIO) for key in path}
+    known = {key for row in (*rows.AIRCRAFT, *rows.ENGINES, *rows.SCENARIO)
+             for key in everything.keys(row[0])}
+    assert {key for key in known | set(rows.LABELS) if str(key).isidentifier()} <= mutated
 
 
 @pytest.mark.parametrize('tree, path, value', AIRCRAFT, ids=case)
 def test_a_mutated_aircraft_can_fly_or_is_refused(folder, tree, path, value):
     try:
-        aircraft = read(folder, tree, path, value, definition.aircraft)
+        aircraft = everything.load(folder, changed(tree, {path: value}), definition.aircraft)
     except ConfigError as error:
         refused(error, path)
         return
-    assert isinstance(aircraft, Aircraft)
     try:
         model = models.build(aircraft, models.Settings(chordwise=1))
     except ConfigError as error:
@@ -143,7 +139,7 @@ def test_a_mutated_aircraft_can_fly_or_is_refused(folder, tree, path, value):
 @pytest.mark.parametrize('tree, path, value', PROPULSION, ids=case)
 def test_a_mutated_engine_works_or_is_refused(folder, tree, path, value):
     try:
-        aircraft = read(folder, tree, path, value, definition.aircraft)
+        aircraft = everything.load(folder, changed(tree, {path: value}), definition.aircraft)
     except ConfigError as error:
         refused(error, path)
     else:
@@ -155,7 +151,7 @@ def test_a_mutated_engine_works_or_is_refused(folder, tree, path, value):
 @pytest.mark.parametrize('tree, path, value', SCENARIO, ids=case)
 def test_a_mutated_scenario_can_be_flown_or_is_refused(folder, tree, path, value):
     try:
-        scenario = read(folder, tree, path, value, definition.scenario)
+        scenario = everything.load(folder, changed(tree, {path: value}), definition.scenario)
     except ConfigError as error:
         refused(error, path)
     else:
@@ -164,4 +160,3 @@ def test_a_mutated_scenario_can_be_flown_or_is_refused(folder, tree, path, value
         assert np.isfinite(beyond).all()
         assert scenario.atmosphere.at(scenario.altitude).density > 0.0
         assert all(map(math.isfinite, scenario.commands(0.5, {}).values()))
-        assert isinstance(scenario.failures(1.0), dict)
