@@ -18,16 +18,21 @@ from poststall_sim import option_values as values
 from poststall_sim.commands import (
     airfoil,
     check,
+    database,
+    derivatives,
+    export,
     fly,
     modes,
     new,
     plot,
     polar,
+    report,
     show,
     trim,
 )
 
-COMMANDS = (new, show, check, polar, trim, modes, fly, plot, airfoil)
+COMMANDS = (new, show, check, polar, trim, modes, derivatives, database, fly, plot, report,
+            export, airfoil)
 """In the order of the help."""
 
 _NEGATIVE = re.compile(r'-[\d.]')

@@ -43,7 +43,7 @@ def save_state(flight: Flight, path: Path) -> None:
     """
     _require_regular(path)
     arrays = dict(_arrays('', flight.saved()))
-    arrays |= {_FORMAT: np.array(FORMAT), _AIRCRAFT: np.array(_fingerprint(flight.model)),
+    arrays |= {_FORMAT: np.array(FORMAT), _AIRCRAFT: np.array(fingerprint(flight.model)),
                _SETTINGS: np.array(repr(flight.model.settings))}
     unfinished = path.with_name(path.name + '.part')
     _require_regular(unfinished)   # a pipe of that name would be waited for
@@ -81,7 +81,7 @@ def load_state(model: Model, path: Path) -> Flight:
     if arrays[_FORMAT] != FORMAT:
         raise ConfigError(f'{path}: format {arrays[_FORMAT]}, expected {FORMAT}: it was written '
                           'by another version')
-    if arrays[_AIRCRAFT] != _fingerprint(model):
+    if arrays[_AIRCRAFT] != fingerprint(model):
         raise ConfigError(f'{path}: written with another aircraft than {model.aircraft.name} is '
                           'now')
     if arrays[_SETTINGS] != repr(model.settings):
@@ -106,7 +106,7 @@ def _require_regular(path: Path) -> None:
         raise ConfigError(f'{path}: {found.st_size} bytes, more than any flight ({GREATEST})')
 
 
-def _fingerprint(model: Model) -> str:
+def fingerprint(model: Model) -> str:
     """Return a hash of everything an aircraft is defined by."""
     digest = hashlib.sha256()
     for name, array in _arrays('', model.aircraft):

@@ -193,7 +193,7 @@ class FlightLog:
                 noted.update(beyond=each.beyond, worst=each.text)
         if any(topic.rate is topics.Rate.STATE for topic in
                self._schedule.due(snapshot.time_ns)):
-            for key, value in self._row(snapshot).items():
+            for key, value in self.row(snapshot).items():
                 self.series.setdefault(key, []).append(value)
 
     def _lift(self, snapshot: Snapshot) -> float:
@@ -201,7 +201,8 @@ class FlightLog:
         lift = -float(body_to_stability(snapshot.force_B, snapshot.alpha)[2])
         return lift / max(pressure * self._model.aircraft.reference.area, 1e-9)
 
-    def _row(self, snapshot: Snapshot) -> dict[str, float]:
+    def row(self, snapshot: Snapshot) -> dict[str, float]:
+        """Return one instant of the time series."""
         body = snapshot.body
         roll, pitch, yaw = np.degrees(euler_from_quaternion(body.q_NB))
         p, q, r = np.degrees(body.rates_B)
@@ -221,7 +222,8 @@ class FlightLog:
                for name, value in zip(names, snapshot.commanded.deflections)},
             'throttle': float(snapshot.controls.throttle),
             'stalled_wing_strips': int(np.count_nonzero(snapshot.strips.stalled[self._wing])),
-            'iterations': int(snapshot.iterations), 'residual': float(snapshot.max_residual)}
+            'iterations': int(snapshot.iterations), 'residual': float(snapshot.max_residual),
+            'not_converged_steps': self._tally.statuses[Status.NOT_CONVERGED]}
 
     def summary(self, flight: Flight) -> Result:
         """Return how the flight went."""

@@ -10,13 +10,14 @@ import argparse
 import math
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 
 _MOST_POINTS = 10_000
 _FIGURES = ('.png', '.svg', '.pdf')
+_PAGES = ('.html', '.htm')
 _STATE_SPACES = ('.npz', '.mat')
 
 AIRSPEED = (0.1, 400.0)
@@ -117,7 +118,7 @@ def span_within(limits: tuple[float, float]) -> Callable[[str], list[float]]:
 
 
 class Deflections(argparse.Action):
-    """Gather deflections [deg] by name; a name stands once."""
+    """Gather deflections [deg], or lists of them, by name; a name stands once."""
 
     def __call__(self, parser, namespace, values, option_string=None) -> None:
         """Add one to those of before."""
@@ -134,6 +135,26 @@ def deflection(text: str) -> tuple[str, float]:
     if not (separator and name):
         raise argparse.ArgumentTypeError(f'expected NAME=DEG, got {text!r}')
     return name, number(value)
+
+
+def deflections(text: str) -> tuple[str, list[float]]:
+    """Return the name and the angles [deg] of NAME=A:B:STEP."""
+    name, separator, angles = text.partition('=')
+    if not (separator and name):
+        raise argparse.ArgumentTypeError(f'expected NAME=A:B:STEP, got {text!r}')
+    return name, span(angles)
+
+
+def some_of(names: Sequence[str]) -> Callable[[str], list[str]]:
+    """Return a reader of some of these names, with commas between."""
+    def read(text: str) -> list[str]:
+        chosen = text.split(',')
+        for each in chosen:
+            if each not in names:
+                raise argparse.ArgumentTypeError(
+                    f'expected one or some of {",".join(names)}, got {text!r}')
+        return chosen
+    return read
 
 
 def fault(text: str):
@@ -198,6 +219,15 @@ def figure(text: str) -> Path:
     return path
 
 
+def page(text: str) -> Path:
+    """Return a file that a page can be written to."""
+    path = output(text)
+    if path.suffix.lower() not in _PAGES:
+        raise argparse.ArgumentTypeError(
+            f'expected a name that ends in {" or ".join(_PAGES)}, got {text!r}')
+    return path
+
+
 def state_space(text: str) -> Path:
     """Return a file that a linear system can be written to."""
     path = output(text)
@@ -214,6 +244,17 @@ def folder(text: str) -> Path:
     if above and not above[0].is_dir():
         raise argparse.ArgumentTypeError(f'expected a folder, {above[0]} is a file')
     return path
+
+
+def reference(text: str) -> tuple[float, float, float] | None:
+    """Return a point of the drawing [m], None for the centre of gravity."""
+    if text == 'cg':
+        return None
+    parts = text.split(',')
+    if len(parts) != 3:
+        raise argparse.ArgumentTypeError(f'expected cg or X,Y,Z, got {text!r}')
+    x, y, z = map(number, parts)
+    return x, y, z
 
 
 def wind(text: str) -> np.ndarray:

@@ -33,6 +33,10 @@ for path in lib/poststall_sim/{simulator,pilot,autopilot,poststall} \
         share/poststall_sim/config/{simulator.yaml,aircraft,airfoils,scenarios}; do
     [ -e "$prefix/$path" ] || { echo "colcon did not install $path" >&2; exit 1; }
 done
+for name in page.html page.js; do
+    find "$prefix" -path "*/poststall_sim/report/$name" | grep -q . ||
+        { echo "colcon did not install report/$name" >&2; exit 1; }
+done
 
 set +u  # colcon's setup files read variables that nobody set
 . install/setup.bash

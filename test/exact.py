@@ -677,6 +677,32 @@ def segment_velocity(
     return strength[..., np.newaxis] * around
 
 
+def fall_with_drag(t: npt.ArrayLike, terminal: float, start: float = 0.0,
+                   gravity: float = 9.80665) -> FloatArray:
+    """
+    Return the speed of a body that falls straight with drag by the square of its speed.
+
+        dv/dt = g (1 - v^2/vt^2),    v = vt tanh(g t/vt + artanh(v0/vt))
+
+    Parameters
+    ----------
+    t : (...,) array
+        Time [s].
+    terminal, start : float
+        Last speed vt and first speed v0 [m/s], 0 <= v0 < vt.
+    gravity : float
+        [m/s^2].
+
+    Returns
+    -------
+    (...,) array
+        Speed [m/s].
+
+    """
+    return terminal * np.tanh(
+        gravity * np.asarray(t, dtype=float) / terminal + np.arctanh(start / terminal))
+
+
 def torque_free_rates(
         inertia: npt.ArrayLike, rates0: npt.ArrayLike, t: npt.ArrayLike) -> FloatArray:
     """

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 FOLDER = Path(__file__).resolve().parents[1] / 'config' / 'airfoils'
-NAMES = ('naca0012_re3e5', 'naca4415_re3e6', 'naca4415_re4e5')
+NAMES = ('naca0012_re3e5', 'naca0012_reflex_re3e5', 'naca4415_re3e6', 'naca4415_re4e5')
 
 
 def read(name):
@@ -115,7 +115,8 @@ def test_drag_is_positive_and_doubles_tail_first(name):
     """NACA TN 3361: cd at 180 deg is about twice that at 0."""
     alpha, _, cd, _ = columns(name)
     assert cd.min() > 0.005
-    assert cd[-1] / cd[alpha == 0.0][0] == pytest.approx(2.0, abs=0.01)
+    ahead = 2.0 if 'reflex' in name else 0.0   # where the section that it was shifted from had 0
+    assert cd[-1] / cd[alpha == ahead][0] == pytest.approx(2.0, abs=0.01)
 
 
 def test_gentle_curve_has_the_decambering_of_the_rans_solution():
@@ -155,7 +156,8 @@ def test_lift_falls_once_and_gently(name):
     assert slope[np.abs(middle) < 40.0].min() > -0.08
     at = stall_peak(name)[1]
     assert slope[(middle > -10.0) & (middle < at)].min() > 0.0
-    end = {'naca4415_re3e6': 25.0, 'naca4415_re4e5': 23.0, 'naca0012_re3e5': 18.0}[name]
+    end = {'naca4415_re3e6': 25.0, 'naca4415_re4e5': 23.0, 'naca0012_re3e5': 18.0,
+           'naca0012_reflex_re3e5': 20.0}[name]
     assert slope[(middle > at) & (middle < end)].max() < 0.0
 
 
@@ -190,3 +192,19 @@ def test_moment_sign_is_nose_up_positive():
     for name in ('naca4415_re3e6', 'naca4415_re4e5'):
         alpha, _, _, cm = columns(name)
         assert np.interp(zero_lift_angle(name), alpha, cm) == pytest.approx(-0.1, abs=0.015)
+
+
+def test_the_reflexed_section_is_the_naca_0012_with_its_tail_turned_up():
+    """
+    Glauert's kinked mean line: alpha_0L and cm of 3 deg at three quarters of the chord.
+
+    With t = 120 deg: alpha_0L = 3 deg (1 - (t - sin t)/pi) = 1.827 deg and cm = 3 deg/2 sin t
+    (1 - cos t) = 0.0340; separated, beyond 50 deg, it is the symmetric section.
+    """
+    alpha, cl, _, cm = columns('naca0012_reflex_re3e5')
+    _, base_cl, _, base_cm = columns('naca0012_re3e5')
+    assert zero_lift_angle('naca0012_reflex_re3e5') == pytest.approx(1.827, abs=0.002)
+    assert np.interp(1.827, alpha, cm) == pytest.approx(0.0340, abs=1e-4)
+    beyond = np.abs(alpha) >= 50.0
+    assert np.array_equal(cl[beyond], base_cl[beyond])
+    assert np.array_equal(cm[beyond], base_cm[beyond])

@@ -17,7 +17,8 @@ from poststall_sim.aero import model as models
 from poststall_sim.frames import GRAVITY
 
 ROOT = Path(__file__).resolve().parents[1]
-COMMANDS = ['polar', 'trim', 'modes', 'fly', 'plot', 'airfoil']
+COMMANDS = ['polar', 'trim', 'modes', 'derivatives', 'database', 'fly', 'plot', 'export',
+            'airfoil']
 
 
 def run(*words):

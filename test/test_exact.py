@@ -549,6 +549,18 @@ def test_sphere_has_its_limits():
     assert speed * 1e5 - distance == pytest.approx(speed**2 / 9.81 * np.log(2.0), rel=1e-7)
 
 
+def test_a_fall_with_drag_keeps_its_equation_and_its_limits():
+    t, step = np.linspace(0.0, 4.0, 41), 1e-5
+    v = exact.fall_with_drag(t, 12.0, 3.0)
+    slope = (exact.fall_with_drag(t + step, 12.0, 3.0)
+             - exact.fall_with_drag(t - step, 12.0, 3.0)) / (2.0 * step)
+    assert v[0] == pytest.approx(3.0)
+    assert slope == pytest.approx(9.80665 * (1.0 - (v / 12.0) ** 2), abs=1e-7)
+    # Without drag g t, and in the end the last speed.
+    assert exact.fall_with_drag(0.5, 1e4) == pytest.approx(0.5 * 9.80665, rel=1e-6)
+    assert exact.fall_with_drag(60.0, 12.0) == pytest.approx(12.0)
+
+
 def test_projectile_flies_its_parabola():
     """It keeps its energy and lands v0^2 sin(2 climb)/g away."""
     speed, climb, gravity = 50.0, np.radians(35.0), 9.81

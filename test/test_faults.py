@@ -176,9 +176,9 @@ def test_a_subscriber_that_does_not_spin_for_1_s_keeps_what_its_own_history_hold
                  if began < info['received_timestamp'] < ended]
     missing = sorted({*range(shallow[seen - 1], shallow[-1])} - {*shallow[seen - 1:]})
     assert len(meanwhile) > 20
-    # All but the ten before it was looked at, and none later on.
+    # All but the ten before it was looked at; one may have come in between.
     assert {*meanwhile[:-10]} <= {*missing}
-    assert missing == list(range(missing[0], missing[0] + len(missing)))
+    assert not {*meanwhile[-9:]} & {*missing}
 
 
 @pytest.mark.soak

@@ -10,6 +10,7 @@ import math
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 pytest.importorskip('rclpy', reason='rclpy is not installed')
@@ -30,7 +31,9 @@ from std_srvs.srv import Trigger
 
 from poststall_sim import inlets, topics
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.ros import declaration, simulator
+from poststall_sim.frames import euler_from_quaternion
+from poststall_sim.ros import declaration, flight_setup
+from poststall_sim.ros.air_settings import AirSettings
 from poststall_sim.ros.messages import available
 from poststall_sim.ros.parameters import SimulatorSettings
 from poststall_sim.topics import Qos
@@ -55,6 +58,9 @@ PUBLISHED = {
     **{f'air_data/{name}': ('std_msgs/msg/Float64', STATE, RELIABLE)
        for name in ('airspeed', 'alpha', 'beta', 'load_factor')},
     'joint_states': ('sensor_msgs/msg/JointState', STATE, RELIABLE),
+    **dict.fromkeys(('joint_targets', 'surface_states'),
+                    ('sensor_msgs/msg/JointState', STATE, RELIABLE)),
+    'battery': ('sensor_msgs/msg/BatteryState', ('rates.battery', 5.0), RELIABLE),
     'wind/applied': ('geometry_msgs/msg/Vector3Stamped', ('rates.wind', 5.0), RELIABLE),
     **{f'strip_{name}': (ARRAY, STRIPS, RELIABLE)
        for name in ('cl', 'cd', 'cm', 'alpha', 'decambering', 'gamma', 'stalled')},
@@ -92,7 +98,9 @@ WRITABLE = {
 FIXED = {
     'aircraft': 'trainer', 'dt': 0.0, 'max_steps_per_wake': 10, 'start_paused': False,
     'publish_clock': True, 'frames.map': 'map', 'frames.base': 'base_link', 'frames.prefix': '',
-    'initial.airspeed': 12.0, 'initial.altitude': 150.0, 'lockstep': 'off', 'joy.enabled': False,
+    'initial.airspeed': 12.0, 'initial.altitude': 150.0, 'initial.position': [0.0, 0.0, 0.0],
+    'initial.euler_deg': [0.0, 0.0, 0.0], 'initial.trim': True, 'decambering.scheme': 'robust',
+    'decambering.relaxation': 1.0, 'lockstep': 'off', 'joy.enabled': False,
     'joy.axes.aileron': 3, 'joy.axes.elevator': 4, 'joy.axes.rudder': 0, 'joy.axes.throttle': 1,
     'joy.buttons.pause': 7, 'joy.buttons.reset': 6, 'joy.buttons.trim': 0, 'uvlm.chordwise': 4,
     'uvlm.spanwise': 0, 'uvlm.wake_length': 0.0, 'decambering.closure': 'nonlocal',
@@ -141,7 +149,7 @@ def test_the_graph_has_every_row_and_each_parameter_is_described_checked_and_gua
                 if info.node_name == 'simulator']
 
     on = {name for name, (kind, (parameter, rate), _) in PUBLISHED.items()
-          if available(kind) and (not parameter or rate > 0.0)}
+          if available(kind) and (not parameter or rate > 0.0) and name != 'battery'}
     probe.spin_until(lambda: all(map(publishers, on)) and all(
         map(probe.node.count_subscribers, SUBSCRIBED)) and {f'/{name}' for name in SERVICES} <= {
             name for name, _ in probe.node.get_service_names_and_types()}, 'the graph')
@@ -218,19 +226,40 @@ def test_the_graph_has_every_row_and_each_parameter_is_described_checked_and_gua
     assert lift[True] < 1.7 and lift[False] > 2.0
 
 
+def test_a_flight_starts_where_and_as_it_is_told():
+    def first(**given):
+        flight = flight_setup.flight_from_settings(
+            replace(SimulatorSettings(), uvlm_chordwise=1, **given), AirSettings(), [].append)
+        return flight.reset(time_ns=0)
+
+    trimmed = first(initial_position=(10.0, 20.0, 300.0), initial_euler=(0.0, 0.0, 90.0))
+    assert trimmed.body.position_N.tolist() == [20.0, 10.0, -300.0]
+    roll, pitch, yaw = euler_from_quaternion(trimmed.body.q_NB)
+    assert (roll, yaw) == pytest.approx((0.0, math.pi / 2)) and pitch == pytest.approx(
+        trimmed.alpha, abs=1e-9)
+    put = first(initial_euler=(60.0, -20.0, 270.0), initial_trim=False)
+    assert put.body.altitude == 150.0 and put.airspeed == pytest.approx(12.0)
+    assert euler_from_quaternion(put.body.q_NB) == pytest.approx(
+        np.radians([60.0, -20.0, -90.0]), abs=1e-9)
+    assert put.alpha == pytest.approx(trimmed.alpha, abs=5e-3)   # in the air of another height
+    with pytest.raises(ConfigError, match='set initial.trim to false for others'):
+        first(initial_euler=(5.0, 0.0, 0.0))
+
+
 def test_what_does_not_go_together_is_refused_with_its_reason():
     few = replace(SimulatorSettings(), decambering_max_iterations=3)
-    assert simulator.aero_settings(few).limit == 3
+    assert flight_setup.aero_settings(few).limit == 3
     with pytest.raises(ConfigError, match='separation lag is for'):
-        simulator.aero_settings(replace(
+        flight_setup.aero_settings(replace(
             SimulatorSettings(), separation='lag', decambering_enabled=False))
     context, changes = rclpy.Context(), []
     context.init(args=[], domain_id=free_domain())
     node = rclpy.create_node('simulator', context=context, cli_args=[
         '--ros-args', '-p', 'separation.law:=lag'])
     try:
-        declaration.follow(node, declaration.declare(node, SimulatorSettings), changes.append,
-                           simulator.aero_settings)
+        declaration.follow(node, declaration.Followed(
+            declaration.declare(node, SimulatorSettings), changes.append,
+            flight_setup.aero_settings))
         result, = node.set_parameters([Parameter('decambering.enabled', value=False)])
         assert not result.successful and 'separation lag is for' in result.reason
         assert node.get_parameter('decambering.enabled').value and not changes

@@ -21,7 +21,7 @@ from poststall_sim.ros import messages
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
 
 SHOWN = [topic for topic in topics.PUBLISHED
-         if topic is not topics.DIAGNOSTICS and messages.available(topic.type)]
+         if topic is not topics.DIAGNOSTICS and topic.common and messages.available(topic.type)]
 BY_DEFAULT = [topic for topic in SHOWN if topic.by_default]
 IN_STEP = [topic.name for topic in SHOWN if topic.rate.shows_state
            and topic.rate is not topics.Rate.ONCE and topic.qos.reliable and topic.qos.depth >= 10]

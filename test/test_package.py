@@ -31,6 +31,7 @@ LIBRARIES = {
     'rosbags': (None, 'rosbags'),
     'threadpoolctl': (None, 'threadpoolctl'),  # has no rosdep key
     'control': (None, 'control'),
+    'plotly': (None, 'plotly'),
 }
 # Used where they are found: a full Jazzy has them, pip has not.
 OPTIONAL = {'tf2_msgs', 'simulation_interfaces', 'rosbag2_py'}
@@ -127,6 +128,14 @@ def test_every_configuration_and_launch_file_is_installed(metadata):
         assert str(path) in installed.get(f'share/poststall_sim/{path.parent}', []), path
 
 
+def test_every_file_that_is_no_module_is_packed(metadata):
+    packed = {str(PACKAGE.parent / package.replace('.', '/') / name)
+              for package, names in metadata['package_data'].items() for name in names}
+    found = {str(path) for path in repository_files()
+             if PACKAGE in path.parents and path.suffix != '.py'}
+    assert packed == found
+
+
 def test_executables_exist(metadata):
     scripts = metadata['entry_points']['console_scripts']
     assert [script.split(' = ')[0] for script in scripts] == [
@@ -197,7 +206,8 @@ print(len(sys.modules))
 
 
 def test_every_file_names_its_licence():
-    suffixes = {'.py', '.toml', '.cfg', '.yaml', '.yml', '.xml', '.rst', '.md', '.sh', '.csv'}
+    suffixes = {'.py', '.toml', '.cfg', '.yaml', '.yml', '.xml', '.rst', '.md', '.sh', '.csv',
+                '.html', '.js'}
     names = {'Makefile', '.gitignore', 'run'}
     without = [str(path.relative_to(ROOT)) for path in repository_files()
                if path.suffix in suffixes or path.name in names

@@ -247,7 +247,7 @@ def test_flight_goes_from_left_to_right_whatever_its_course():
     for course in np.radians([0.0, 75.0, 160.0, 250.0, 340.0]):
         path = np.outer(np.linspace(0.0, 100.0, 20),
                         [math.sin(course), math.cos(course), -0.1])
-        camera = trajectory._camera(path)
+        camera = trajectory.camera(path)
         right = np.cross(-camera, [0.0, 0.0, 1.0])
         assert path[-1] @ right > 50.0
 

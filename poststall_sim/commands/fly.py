@@ -15,7 +15,7 @@ from poststall_sim import terminal
 from poststall_sim.aero import model as models
 from poststall_sim.aero.separation import Separation
 from poststall_sim.aero.wake import Shape
-from poststall_sim.commands import solver
+from poststall_sim.commands import series, solver
 from poststall_sim.commands.solver import Command
 from poststall_sim.frames import swap_ned_enu
 from poststall_sim.turbulence import Severity, Spectrum, Turbulence, intensity, military
@@ -60,6 +60,7 @@ def add(command: Command) -> argparse.ArgumentParser:
     fly.add_argument('--resume', type=Path, metavar='FILE',
                      help='go on from a saved flight, at its time in the scenario, instead of '
                      'starting in trim')
+    series.add_files(fly)
     _add_time(solver.add_options(fly))
     return fly
 
@@ -83,7 +84,7 @@ def _add_time(group) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Fly, print what happened; record, save or write it as asked; return the exit code."""
-    from poststall_sim import definition, flight_file, jobs, simulation, trim_jobs
+    from poststall_sim import definition, flight_export, flight_file, jobs, simulation, trim_jobs
     from poststall_sim.aircraft import ConfigError
     scenario = definition.scenario(
         definition.find(definition.Kind.SCENARIO, arguments.scenario))
@@ -117,11 +118,16 @@ def run(arguments: argparse.Namespace) -> int:
             raise jobs.NoResultError(trim_jobs.explained(str(error))) from None
     with _recorder(arguments.record, flight) as recorder:
         log = jobs.FlightLog(flight)   # from here on it counts the wall time
+        collector = flight_export.Collector(flight, log) \
+            if arguments.csv or arguments.mat else None
         for snapshot in terminal.watched(jobs.fly(flight, scenario, duration, recorder),
                                  round(duration * 1e9 / flight.dt_ns), 'fly'):
             log.add(snapshot)
+            if collector is not None:
+                collector.add(snapshot)
     if arguments.save:
         flight_file.save_state(flight, arguments.save)
+    written = [] if collector is None else series.write_files(arguments, collector.series())
     summary = log.summary(flight)
     deepest, bag = summary['deepest_stall'], arguments.record
     terminal.print_rows(
@@ -143,7 +149,8 @@ def run(arguments: argparse.Namespace) -> int:
                f'{each["steps"]} steps') for each in summary['outside_the_method']),
             *([('failed', ', '.join(summary['failed']))] if summary['failed'] else []),
             *([('bag', bag)] if bag else []),
-            *([('saved', arguments.save)] if arguments.save else [])))
+            *([('saved', arguments.save)] if arguments.save else []),
+            *(('time series', path) for path in written)))
     terminal.write_json(arguments.json, {
         **solver.head(arguments, model), 'scenario': scenario.name, 'airspeed_m_s': airspeed,
         'altitude_m': altitude, 'wind_enu_m_s': swap_ned_enu(flight.wind_N).tolist(),

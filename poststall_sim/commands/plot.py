@@ -7,7 +7,7 @@ from pathlib import Path
 
 from poststall_sim import option_values as values
 from poststall_sim import terminal
-from poststall_sim.commands import solver
+from poststall_sim.commands import series, solver
 from poststall_sim.commands.solver import Command
 
 
@@ -27,11 +27,7 @@ def run(arguments: argparse.Namespace) -> int:
     from poststall_sim.aircraft import ConfigError
     from poststall_sim.plots import bag as bags
     from poststall_sim.plots import flight as figures
-    bag = arguments.bag
-    if not bag.exists():
-        raise ConfigError(f'there is no bag {bag}')
-    if bag.is_dir() and not (bag / 'metadata.yaml').is_file():
-        raise ConfigError(f'{bag} is not a bag: it has no metadata.yaml')
+    bag = series.bag(arguments)
     output = arguments.output or bag.resolve().with_name(f'{bag.resolve().name}_figures')
     try:
         flight = bags.flight_data(bag, solver.aircraft(arguments) if arguments.aircraft else None)

@@ -16,8 +16,8 @@ from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import Aircraft
 from poststall_sim.survey import Survey
 
-__all__ = ['aircraft_figure', 'airfoil_figure', 'flight_figures', 'modes_figure', 'polar_figure',
-           'trim_figure']
+__all__ = ['aircraft_figure', 'airfoil_figure', 'derivatives_figure', 'flight_figures',
+           'modes_figure', 'polar_figure', 'trim_figure']
 
 
 def flight_figures(bag_path: str | os.PathLike[str], output_dir: str | os.PathLike[str], *,
@@ -54,6 +54,12 @@ def modes_figure(result: Mapping[str, Any], path: str | os.PathLike[str]) -> Pat
     """Draw root loci and modes over alpha from what ``poststall modes`` writes as JSON."""
     from poststall_sim.plots import modes
     return modes.draw_modes(result, Path(path))
+
+
+def derivatives_figure(result: Mapping[str, Any], path: str | os.PathLike[str]) -> Path:
+    """Draw derivatives over alpha from what ``poststall derivatives`` writes as JSON."""
+    from poststall_sim.plots import derivatives
+    return derivatives.draw_derivatives(result, Path(path))
 
 
 def aircraft_figure(model: Model, figures: Survey, path: str | os.PathLike[str]) -> Path:

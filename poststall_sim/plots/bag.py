@@ -23,16 +23,19 @@ class FlightData:
     """
     One flight on one time base (n,), in ROS axes [m, s, rad]; None what the bag has not.
 
-    position (n, 3) in map; attitude (n, 3, 3) base_link in map; lift: lift coefficient of the
-    aircraft without thrust; deflections on the time base, commands over their own, by name;
-    solver: numbers in its diagnostics by key; shape: polygons of the aircraft in base_link;
-    notes: what is missing or assumed.
+    aircraft: as it is defined here; position (n, 3) in map; attitude (n, 3, 3) base_link in map;
+    rates (n, 3) of the aircraft in B; lift: lift coefficient of the aircraft without thrust;
+    deflections on the time base, commands over their own, by name; solver: numbers in its
+    diagnostics by key; reported: the last text of each key of each diagnostic; shape: polygons of
+    the aircraft in base_link; notes: what is missing or assumed.
     """
 
     name: str
+    aircraft: Aircraft | None
     time: FloatArray
     position: FloatArray | None
     attitude: FloatArray | None
+    rates: FloatArray | None
     airspeed: FloatArray | None
     alpha: FloatArray | None
     beta: FloatArray | None
@@ -43,6 +46,7 @@ class FlightData:
     commands: dict[str, Pair]
     strips: StripData | None
     solver: dict[str, Pair]
+    reported: dict[str, dict[str, str]]
     shape: list[FloatArray]
     notes: tuple[str, ...]
 
@@ -52,6 +56,13 @@ class FlightData:
         if self.attitude is None:
             return None
         return np.arcsin(np.clip(self.attitude[:, 2, 0], -1.0, 1.0))
+
+    @property
+    def bank(self) -> FloatArray | None:
+        """Angle of the wings to the horizon, positive right wing down (n,) [rad]."""
+        if self.attitude is None:
+            return None
+        return np.arctan2(self.attitude[:, 2, 1], self.attitude[:, 2, 2])
 
     @property
     def stalled_share(self) -> FloatArray | None:
@@ -71,7 +82,11 @@ def flight_data(path: str | Path, aircraft: Aircraft | None = None) -> FlightDat
         When it cannot be read or holds none of the simulator's topics.
 
     """
-    bag = Lookup(recording.read(path))
+    return of_topics(Lookup(recording.read(path)), Path(path).resolve().name, aircraft)
+
+
+def of_topics(bag: Lookup, name: str, aircraft: Aircraft | None = None) -> FlightData:
+    """Return the flight in topics that have been read, of a bag of this name; see above."""
     if aircraft is None:
         aircraft = _named_aircraft(bag)
     strips = strip_data(bag, aircraft)
@@ -84,8 +99,9 @@ def flight_data(path: str | Path, aircraft: Aircraft | None = None) -> FlightDat
         bag.notes.append('not in the bag: ' + ', '.join(missing))
     load = bag.column('air_data/load_factor', 'data')
     return FlightData(
-        name=aircraft.name if aircraft else Path(path).resolve().name,
-        time=time, position=position, attitude=attitude, **air,
+        name=aircraft.name if aircraft else name, aircraft=aircraft,
+        time=time, position=position, attitude=attitude,
+        rates=_rates(bag, time), **air,
         sink_rate=_sink_rate(bag, time, position, attitude),
         load_factor=None if load is None else onto(time, load),
         lift=_lift(bag, time, position, air,
@@ -93,7 +109,8 @@ def flight_data(path: str | Path, aircraft: Aircraft | None = None) -> FlightDat
         deflections={name: np.interp(time, *pair)
                      for name, pair in bag.joints('joint_states').items()},
         commands=bag.joints('autopilot/surface_cmd') | bag.joints('pilot/surface_cmd'),
-        strips=strips, solver=_solver(bag), shape=_shape(aircraft, strips),
+        strips=strips, solver=_solver(bag), reported=_reported(bag),
+        shape=_shape(aircraft, strips),
         notes=tuple(bag.notes))
 
 
@@ -154,6 +171,14 @@ def _air(bag: Lookup, time: FloatArray) -> dict[str, FloatArray | None]:
             for key, pair in published.items()}
 
 
+def _rates(bag: Lookup, time: FloatArray) -> FloatArray | None:
+    for topic, prefix in (('odom', 'twist.twist.'), ('twist', 'twist.')):
+        found = bag.column(topic, *(f'{prefix}angular.{axis}' for axis in 'xyz'))
+        if found is not None:
+            return swap_body_flu(onto(time, found))
+    return None
+
+
 def _sink_rate(bag: Lookup, time: FloatArray, position: FloatArray | None,
                attitude: FloatArray | None) -> FloatArray | None:
     velocity = bag.column('odom', *(f'twist.twist.linear.{axis}' for axis in 'xyz'))
@@ -185,6 +210,13 @@ def _solver(bag: Lookup) -> dict[str, Pair]:
             except ValueError:
                 pass   # a word, such as the name of the closure
     return {key: tuple(np.array(pairs).T) for key, pairs in rows.items() if pairs}
+
+
+def _reported(bag: Lookup) -> dict[str, dict[str, str]]:
+    result: dict[str, dict[str, str]] = {}
+    for _, name, _, values in bag.diagnostics():
+        result.setdefault(name, {}).update(values)
+    return result
 
 
 def _shape(aircraft: Aircraft | None, strips: StripData | None) -> list[FloatArray]:

@@ -7,6 +7,7 @@ A bag that has ``strip_stalled`` and ``strip_cl_max`` says so itself; else it is
 section angles and the section curves of the aircraft, if that is known and has the same strips.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ from poststall_sim.aero.model import Settings
 from poststall_sim.aero.polars import section
 from poststall_sim.aircraft import Aircraft
 from poststall_sim.frames import FloatArray, geometry_to_body, swap_body_flu
-from poststall_sim.plots.lookup import Lookup, onto
+from poststall_sim.plots.lookup import Lookup, Pair, onto
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,8 +117,8 @@ def strip_data(bag: Lookup, aircraft: Aircraft | None) -> StripData | None:
     if stalled is not None:
         stalled = stalled > 0.5
     elif known is not None and alpha is not None:
-        looked_up = _looked_up(bag, known, aircraft, time, alpha)
-        stalled = (looked_up > known.stall_high) | (looked_up < known.stall_low)
+        angle = looked_up(bag.joints('joint_states'), known, aircraft, time, alpha)
+        stalled = (angle > known.stall_high) | (angle < known.stall_low)
         if attached:
             stalled[:] = False
     else:
@@ -150,11 +151,10 @@ def _left(lattice: Lattice) -> FloatArray:
     return swap_body_flu(geometry_to_body(lattice.quarter_chord))[:, 1]
 
 
-def _looked_up(bag: Lookup, lattice: Lattice, aircraft: Aircraft, time: FloatArray,
-               alpha: FloatArray) -> FloatArray:
+def looked_up(positions: Mapping[str, Pair], lattice: Lattice, aircraft: Aircraft,
+              time: FloatArray, alpha: FloatArray) -> FloatArray:
     """Return the angles (m, k) at which deflections make the sections' curves be read [rad]."""
-    joints = {name: np.interp(time, *pair)
-              for name, pair in bag.joints('joint_states').items()}
+    joints = {name: np.interp(time, *pair) for name, pair in positions.items()}
     deflections = np.zeros((len(time), len(aircraft.controls)))
     for c, name in enumerate(aircraft.control_names):
         if name in joints:

@@ -11,6 +11,7 @@ import numpy as np
 # Okabe & Ito, Color Universal Design, 2008: one meaning each.
 ATTACHED = '#0072B2'
 STALLED = '#D55E00'
+PARTLY_STALLED = '#F0B27F'
 COMMAND = '#B4BAC2'
 CONTROL = '#222222'
 SECOND = '#009E73'
@@ -64,7 +65,7 @@ def stall_colour(share: np.ndarray | float) -> np.ndarray:
     """Return colours (..., 3): attached at share 0, then from a light to a full stall colour."""
     from matplotlib.colors import to_rgb
     share = np.clip(np.asarray(share, dtype=float), 0.0, 1.0)[..., None]
-    attached, least, full = (np.array(to_rgb(c)) for c in (ATTACHED, '#F0B27F', STALLED))
+    attached, least, full = (np.array(to_rgb(c)) for c in (ATTACHED, PARTLY_STALLED, STALLED))
     return np.where(share > 0.0, least + share * (full - least), attached)
 
 

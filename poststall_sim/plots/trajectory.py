@@ -31,16 +31,16 @@ def draw(figure, flight: FlightData, frame: Frame) -> None:
     path = flight.position
     share = flight.stalled_share
     share = np.zeros(len(path)) if share is None else share
-    low, high = _box(path)
+    low, high = box(path)
     axes.set_proj_type('persp', focal_length=0.9)
     axes.computed_zorder = False
     axes.plot(path[:, 0], path[:, 1], np.full(len(path), low[2]), color='#B4B9C0',
               linewidth=1.3, zorder=1)
 
-    marks = _moments(flight)
+    marks = moments(flight)
     scale = _scale(flight, marks, float(np.linalg.norm(high - low)))
     faces, colours, shadows = [], [], []
-    camera = _camera(path)
+    towards = camera(path)
     for i in marks:
         for polygon in flight.shape:
             corners = path[i] + scale * polygon @ flight.attitude[i].T
@@ -53,7 +53,7 @@ def draw(figure, flight: FlightData, frame: Frame) -> None:
         np.stack([path[:-1], path[1:]], axis=1), colors=style.stall_colour(share[:-1]),
         linewidths=1.8, zorder=3))
     # From far to near, for matplotlib sorts within a collection by means only.
-    order = np.argsort([face.mean(axis=0) @ camera for face in faces])
+    order = np.argsort([face.mean(axis=0) @ towards for face in faces])
     axes.add_collection3d(Poly3DCollection(
         [faces[k] for k in order], facecolor=[(*colours[k], 0.92) for k in order],
         edgecolor=[tuple(0.72 * colours[k]) for k in order], linewidth=0.5, zorder=4))
@@ -66,11 +66,11 @@ def draw(figure, flight: FlightData, frame: Frame) -> None:
 
 def scale_of(flight: FlightData) -> float:
     """Return how many times larger than it is the aircraft is drawn."""
-    low, high = _box(flight.position)
-    return _scale(flight, _moments(flight), float(np.linalg.norm(high - low)))
+    low, high = box(flight.position)
+    return _scale(flight, moments(flight), float(np.linalg.norm(high - low)))
 
 
-def _box(path: FloatArray) -> tuple[FloatArray, FloatArray]:
+def box(path: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the corners of what is shown: the path, not too thin, down to a round height."""
     low, high = path.min(axis=0), path.max(axis=0)
     length = max(float(np.max(high - low)), 1.0)
@@ -90,7 +90,7 @@ def _round_step(value: float) -> float:
                              default=10.0))
 
 
-def _moments(flight: FlightData) -> list[int]:
+def moments(flight: FlightData) -> list[int]:
     """Return the indices at which the aircraft is drawn: each second, or fewer if it is long."""
     duration = float(flight.time[-1] - flight.time[0])
     every = max(1.0, _round_step(duration / 30.0))
@@ -118,7 +118,7 @@ def _azimuth(path: FloatArray) -> float:
     return float(np.degrees(np.arctan2(axis[1], axis[0]))) - 90.0 - 28.0
 
 
-def _camera(path: FloatArray) -> FloatArray:
+def camera(path: FloatArray) -> FloatArray:
     """Return the direction to the viewer (3,)."""
     azimuth, elevation = np.radians(_azimuth(path)), np.radians(_ELEVATION)
     return np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth),

@@ -28,6 +28,7 @@ from poststall_sim.frames import (
     body_to_geometry,
     body_to_stability,
     cross,
+    flow_angles,
     geometry_to_body,
 )
 from poststall_sim.polar import APART
@@ -45,10 +46,10 @@ _MOTION = ('u', 'v', 'w', 'p', 'q', 'r')
 @dataclass(frozen=True, slots=True, eq=False)
 class Derivatives:
     """
-    How steady loads change about a trim.
+    How steady loads change about a straight motion, such as a trim.
 
-    loads (6,) : aerodynamic force [N] and moment about the centre of gravity [N m] in B, at the
-    trim; motion (6, 6) : their change with (u, v, w) [per m/s] and (p, q, r) [per rad/s] in B;
+    loads (6,) : aerodynamic force [N] and moment about the centre of gravity [N m] in B,
+    there; motion (6, 6) : their change with (u, v, w) [per m/s] and (p, q, r) [per rad/s] in B;
     controls (6, k) [per rad], in the order
     of ``aircraft.control_names``. Columns without a trustworthy difference are NaN, the status is
     then not CONVERGED and message says why; max_residual : the worst of the closure in all
@@ -76,29 +77,54 @@ class Derivatives:
 
 def quasi_steady(model: Model, trim: Trim, *, density: float, step: float = STEP) -> Derivatives:
     """
-    Return the derivatives about a trim by central differences of converged steady loads.
+    Return the derivatives about a trim, in straight flight; see `about`.
 
-    Every solution starts from the decambering of the trim, so that all are on its branch, and is
-    converged to `trim.TIGHT`. A difference is refused where a solution does not converge, or where
-    the decambering of a strip changes on one side by `polar.APART` more than on the other: at
+    A trim may have its throttle or elevator out of reach; where it does not balance, the
+    derivatives are given and the status says that it does not.
+    """
+    found = about(model, velocity_B=trim.velocity_B, deflections=trim.controls.deflections,
+                  delta0=trim.aero.strips.delta, density=density, step=step)
+    if np.abs(trim.residual).max() <= ACCEPTED and trim.aero.status is Status.CONVERGED:
+        return found
+    complaints = [f'the trim: {trim.message}']
+    if found.status is not Status.CONVERGED:
+        complaints.append(found.message)
+    status = Status.DIVERGED if found.status is Status.DIVERGED else Status.NOT_CONVERGED
+    return replace(found, status=status, message='; '.join(complaints))
+
+
+def about(model: Model, *, velocity_B: FloatArray, deflections: FloatArray, delta0: FloatArray,
+          density: float, step: float = STEP, viscosity: float | None = None) -> Derivatives:
+    """
+    Return the derivatives about any straight motion by central differences of steady loads.
+
+    Every solution starts from one decambering, so that all are on its branch, and is converged to
+    `trim.TIGHT`. A difference is refused where a solution does not converge, or where the
+    decambering of a strip changes on one side by `polar.APART` more than on the other: at
     a fold, behind which the branch does not go on, it goes to another one.
 
     Parameters
     ----------
     model : Model
-        The one that was trimmed.
-    trim : Trim
-        Straight flight, see `trim.straight` and `trim.glide`.
+        With the section curves of the motion, see `Model.at`.
+    velocity_B : (3,) array
+        Through the air [m/s].
+    deflections : (controls,) array
+        [rad].
+    delta0 : (n,) array
+        Decambering of the steady solution there [rad].
     density : float
-        Of the air at the trim [kg/m^3].
+        Of the air [kg/m^3].
     step : float
         Change over V, of an angle [rad], and of a rate without units [-].
+    viscosity : float
+        Kinematic, of the air [m^2/s]: with it sections whose curves change with a flap do so
+        under each change of a control; without, they keep those of the model.
 
     Returns
     -------
     Derivatives
-        With their status. A trim may have its throttle or elevator out of reach; where it does
-        not balance, the derivatives are given and the status says that it does not.
+        With their status.
 
     References
     ----------
@@ -108,23 +134,19 @@ def quasi_steady(model: Model, trim: Trim, *, density: float, step: float = STEP
     settings = model.settings
     model = replace(model, settings=replace(
         settings, start=Start.GIVEN, tolerance=min(TIGHT, settings.tolerance)))
-    nu, deflections = np.append(trim.velocity_B, np.zeros(3)), trim.controls.deflections
-    delta0 = trim.aero.strips.delta
+    nu, airspeed = np.append(velocity_B, np.zeros(3)), float(np.linalg.norm(velocity_B))
 
     def solved(change: FloatArray) -> AeroResult:
-        moved = nu + change[:6]
+        moved, deflected = nu + change[:6], deflections + change[6:]
         onset = Onset(body_to_geometry(-moved[:3]), body_to_geometry(moved[3:]))
-        return solver.steady(
-            model, onset, deflections + change[6:], density=density, delta0=delta0)
+        flown = model if viscosity is None else model.at(airspeed, viscosity, deflected)
+        return solver.steady(flown, onset, deflected, density=density, delta0=delta0)
 
     reference = model.aircraft.reference
     steps = step * np.concatenate(
-        [np.full(3, trim.airspeed), _rate_units(reference, trim.airspeed),
-         np.ones(deflections.size)])
+        [np.full(3, airspeed), _rate_units(reference, airspeed), np.ones(deflections.size)])
     middle = solved(np.zeros(steps.size))
     columns, complaints, residuals = [], [], [middle.max_residual]
-    if np.abs(trim.residual).max() > ACCEPTED or trim.aero.status is not Status.CONVERGED:
-        complaints.append(f'the trim: {trim.message}')
     for name, change in zip((*_MOTION, *model.aircraft.control_names), np.diag(steps)):
         low, high = solved(-change), solved(change)
         residuals += [low.max_residual, high.max_residual]
@@ -140,7 +162,7 @@ def quasi_steady(model: Model, trim: Trim, *, density: float, step: float = STEP
         status = Status.DIVERGED
     return Derivatives(
         loads=loads, motion=matrix[:, :6], controls=matrix[:, 6:],
-        coefficients=_coefficients(model.aircraft, trim, loads, matrix, density),
+        coefficients=_coefficients(model.aircraft, velocity_B, loads, matrix, density),
         status=status, message='; '.join(complaints) or 'converged', max_residual=worst)
 
 
@@ -166,16 +188,18 @@ def _complaint(low: AeroResult, middle: AeroResult, high: AeroResult) -> str:
     return ''
 
 
-def _coefficients(aircraft: Aircraft, trim: Trim, loads: FloatArray, matrix: FloatArray,
-                  density: float) -> dict[str, float]:
+def _coefficients(aircraft: Aircraft, velocity_B: FloatArray, loads: FloatArray,
+                  matrix: FloatArray, density: float) -> dict[str, float]:
     """Return the derivatives of the coefficients, from loads (6,) and their change (6, 6 + k)."""
-    alpha, airspeed, reference = trim.alpha, trim.airspeed, aircraft.reference
-    u, _, w = trim.velocity_B
+    (airspeed, alpha, beta), reference = flow_angles(velocity_B), aircraft.reference
+    u, _, w = velocity_B
     by_alpha = matrix[:, 2] * u - matrix[:, 0] * w
     # What stability axes see of a load that stays as it is in B, while they turn.
     by_alpha[:3] += cross(np.array([0.0, 1.0, 0.0]), loads[:3])
+    by_beta = airspeed * math.cos(beta) * matrix[:, 1] - math.tan(beta) * (
+        u * matrix[:, 0] + w * matrix[:, 2])
     rates = matrix[:, 3:6] * _rate_units(reference, airspeed)
-    by = {'alpha': by_alpha, 'beta': matrix[:, 1] * airspeed, 'p': rates[:, 0],
+    by = {'alpha': by_alpha, 'beta': by_beta, 'p': rates[:, 0],
           'q': rates[:, 1], 'r': rates[:, 2], **dict(zip(aircraft.control_names,
                                                          matrix[:, 6:].T))}
     area = 0.5 * density * airspeed ** 2 * reference.area
