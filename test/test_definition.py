@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Definitions: what the shipped files say, and what every wrong file gets to hear."""
 
-import copy
 import dataclasses
 import math
 import os
@@ -249,26 +248,7 @@ def test_aliases_and_a_byte_order_mark_are_allowed(folder):
     assert load(folder, text).surfaces[0].sections[0].twist == 0.0
 
 
-# ------------------------------------------------------------------- trees of keys, and records
-
-
-def leaves(tree, path=()):
-    if isinstance(tree, dict):
-        items = tree.items()
-    elif isinstance(tree, list):
-        items = enumerate(tree)
-    else:
-        return [path]
-    return [leaf for key, value in items for leaf in leaves(value, (*path, key))]
-
-
-def replaced(tree, path, value):
-    result = copy.deepcopy(tree)
-    branch = result
-    for key in path[:-1]:
-        branch = branch[key]
-    branch[path[-1]] = value
-    return result
+# --------------------------------------------------------------------------- what may be left out
 
 
 def contents(record):

@@ -97,7 +97,7 @@ def refused(error, path):
     # A reference that points nowhere, lengths that do not fit: told at the other end.
     elsewhere = {'surfaces': 'effectors', 'airspeed_m_s': 'thrust_N', 'diameter_m': 'blades',
                  'airfoils': 'airfoil', 'name': 'surface'}
-    assert last in line.lower() or words == named[:len(words)] \
+    assert last.lower() in line.lower() or words == named[:len(words)] \
         or elsewhere.get(last, 'nowhere') in place, line
 
 
