@@ -16,7 +16,13 @@ from poststall_sim.controls import Control, Movable, movables
 from poststall_sim.engines import Engine
 from poststall_sim.frames import FloatArray
 from poststall_sim.nonlifting import NonliftingBody
-from poststall_sim.records import ConfigError, read_only, require_positive
+from poststall_sim.records import (
+    ConfigError,
+    read_only,
+    require_length,
+    require_place,
+    require_positive,
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,11 +92,9 @@ class Section:
     twist: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a chord without length and a twist that looks like degrees."""
-        require_positive('chord', self.chord, 'm')
-        if not all(math.isfinite(x) for x in self.leading_edge_G):
-            raise ConfigError(f'leading edge must be three finite lengths in m, got '
-                              f'{self.leading_edge_G}')
+        """Refuse lengths of another unit and a twist that looks like degrees."""
+        require_length('chord', self.chord)
+        require_place('leading edge', self.leading_edge_G)
         if not abs(self.twist) <= math.pi / 2:
             raise ConfigError(
                 f'twist is in radians and must lie within +-pi/2, got {self.twist!r} '
@@ -198,6 +202,7 @@ class MassProperties:
     def __post_init__(self) -> None:
         """Refuse bodies that cannot exist."""
         require_positive('mass', self.mass, 'kg')
+        require_place('cg', self.cg_G)
         object.__setattr__(self, 'inertia_B', read_only(self.inertia_B))
         inertia = self.inertia_B
         if inertia.shape != (3, 3) or not np.isfinite(inertia).all() \
@@ -275,8 +280,8 @@ class Aircraft:
                 if len(tables) > 1 and (None in tables or len(set(tables)) < len(tables)):
                     told = ', '.join(f'{each:g}' if each else 'none' for each in tables)
                     raise ConfigError(
-                        f'two airfoils are named {name}: several tables of one section need a '
-                        f'Reynolds number each, got {told}')
+                        f'two airfoils are named {name}: several tables of one section and '
+                        f'flap_deg need a Reynolds number each, got {told}')
         if any(control.name == 'throttle' for control in self.controls):
             raise ConfigError("a control must not be named throttle: that is the engines' name")
         airfoils = {airfoil.name for airfoil in self.airfoils}

@@ -27,6 +27,8 @@ from poststall_sim.reader import Reader, shown
 
 _RPM = 2.0 * math.pi / 60.0
 _HOUR = 3600.0
+_MOST = 1e6
+"""Of turns a minute, turns a minute and volt, and volts: no propeller overflows."""
 _ROTATIONS = {'clockwise': Rotation.CLOCKWISE, 'counterclockwise': Rotation.COUNTERCLOCKWISE}
 
 
@@ -114,20 +116,20 @@ def _from_blades(read: Reader, diameter: float, airfoils: Sequence[Airfoil]) -> 
 
 def _governor(read: Reader) -> Governor:
     return read.where.build(
-        Governor, greatest_speed=_RPM * read.number('rpm', above=0),
+        Governor, greatest_speed=_RPM * read.number('rpm', above=0, at_most=_MOST),
         spool_time=read.number('spool_time_s', above=0))
 
 
 def _motor(read: Reader, battery: Reader) -> ElectricMotor:
     return read.build(
-        ElectricMotor, speed_constant=_RPM * read.number('kv_rpm_V', above=0),
+        ElectricMotor, speed_constant=_RPM * read.number('kv_rpm_V', above=0, at_most=_MOST),
         resistance=read.number('resistance_Ohm', above=0),
         no_load_current=read.number('no_load_current_A', at_least=0, default=0.0),
-        gear=read.number('gear', above=0, default=1.0), battery=_battery(battery))
+        gear=read.number('gear', within=(1e-3, 1e3), default=1.0), battery=_battery(battery))
 
 
 def _battery(read: Reader) -> Battery:
-    voltage = read.number('voltage_V', above=0)
+    voltage = read.number('voltage_V', above=0, at_most=_MOST)
     return read.build(
         Battery, voltage=voltage,
         empty_voltage=read.number('empty_voltage_V', above=0, default=voltage),

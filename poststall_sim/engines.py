@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 
 from poststall_sim.frames import FloatArray
-from poststall_sim.records import ConfigError, read_only, require_positive
+from poststall_sim.records import ConfigError, read_only, require_place, require_positive
 
 AHEAD = (-1.0, 0.0, 0.0)
 _GREATEST = 100.0
@@ -48,6 +48,7 @@ class LinearThrust:
         """Refuse engines that push nowhere."""
         require_positive('static_thrust', self.static_thrust, 'N')
         require_positive('zero_thrust_airspeed', self.zero_thrust_airspeed, 'm/s')
+        require_place('position', self.position_G)
         _require_unit(self.direction_G)
 
 
@@ -80,6 +81,7 @@ class ThrustTable:
             raise ConfigError(
                 f'thrust must be finite, a row for each of the {self.throttle.size} throttles '
                 f'with a value for each of the {self.airspeed.size} airspeeds')
+        require_place('position', self.position_G)
         _require_unit(self.direction_G)
 
 
@@ -210,6 +212,7 @@ class Propeller:
             require_positive('inertia of what a motor turns', self.inertia, 'kg m^2')
         if self.swirl and not self.slipstream:
             raise ConfigError('swirl is of a slipstream: it needs slipstream true')
+        require_place('position', self.position_G)
         _require_unit(self.direction_G)
 
 

@@ -5,7 +5,10 @@
 import math
 from dataclasses import dataclass
 
-from poststall_sim.records import ConfigError, require_positive
+from poststall_sim.records import ConfigError, require_length, require_place, require_positive
+
+THINNEST = 1e4
+"""Length over diameter, beyond which the ellipsoid's apparent mass is round-off."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,15 +31,15 @@ class NonliftingBody:
 
     def __post_init__(self) -> None:
         """Refuse bodies that would push the aircraft on, and spheres for slender ones."""
-        for key in ('position_G', 'drag_area'):
-            if not all(math.isfinite(each) for each in getattr(self, key)):
-                raise ConfigError(f'body {self.name}: {key} must be three finite numbers, got '
-                                  f'{getattr(self, key)}')
+        require_place(f'body {self.name}: position', self.position_G)
+        if not all(math.isfinite(each) for each in self.drag_area):
+            raise ConfigError(f'body {self.name}: drag_area must be three finite numbers, got '
+                              f'{self.drag_area}')
         if min(self.drag_area) < 0.0:
             raise ConfigError(f'body {self.name}: drag areas must not be negative, got '
                               f'{self.drag_area} m^2')
         if self.length is not None:
-            require_positive(f'body {self.name}: length', self.length, 'm')
+            require_length(f'body {self.name}: length', self.length)
         if self.volume is None:
             return
         require_positive(f'body {self.name}: volume', self.volume, 'm^3')
@@ -46,6 +49,10 @@ class NonliftingBody:
         if self.fineness < 1.0:
             raise ConfigError(f'body {self.name}: a volume of {self.volume:g} m^3 in a length of '
                               f'{self.length:g} m is thicker than it is long')
+        if self.fineness > THINNEST:
+            raise ConfigError(f'body {self.name}: a volume of {self.volume:g} m^3 in a length of '
+                              f'{self.length:g} m is a wire, it must be at most {THINNEST:g} '
+                              'times as long as it is thick')
 
     @property
     def fineness(self) -> float:

@@ -67,6 +67,8 @@ def test_airfoils_that_are_no_curve(make, message):
 @pytest.mark.parametrize('make, message', [
     (lambda: Section((0, 0, 0), 0.0, 'wing'), 'chord must be above 0 m, got 0.0'),
     (lambda: Section((0, math.inf, 0), 0.4, 'wing'), 'leading edge must be three finite lengths'),
+    (lambda: Section((0, 2e4, 0), 0.4, 'wing'), r'leading edge must be .* within \+-1000 m'),
+    (lambda: Section((0, 0, 0), 1e-50, 'wing'), 'chord must be 1e-06 to 1000 m, got 1e-50'),
     (lambda: Section((0, 0, 0), 0.4, 'wing', twist=3.0),
      r'twist is in radians .* \(did you mean 0\.0524, from degrees\?\)'),
     (lambda: Surface('wing', (ROOT,), 4), 'surface wing: needs at least 2 sections, got 1'),
@@ -86,6 +88,7 @@ def test_airfoils_that_are_no_curve(make, message):
     (lambda: Control('flap', (-0.3, 0.3), ()), 'control flap: moves nothing'),
     (lambda: LinearThrust(-1.0, 20.0, CG), 'static_thrust must be above 0 N'),
     (lambda: LinearThrust(10.0, 0.0, CG), 'zero_thrust_airspeed must be above 0 m/s'),
+    (lambda: LinearThrust(10.0, 20.0, (0, 0, math.nan)), 'position must be three finite lengths'),
     (lambda: LinearThrust(10.0, 20.0, CG, (1.0, 1.0, 0.0)), 'direction must be a unit vector'),
     (lambda: Reference(0.0, 1.0, 1.0), r'reference area must be above 0 m\^2'),
     (lambda: Reference(1.0, math.nan, 1.0), 'reference chord must be above 0 m, got nan'),

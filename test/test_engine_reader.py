@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Engines in aircraft files: the documented ones, every key, every mistake in one line."""
 
+import copy
 import dataclasses
 import json
 import re
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 import wings
 import yaml
-from test_definition import contents, leaves, replaced
+from test_definition import contents
 
 from poststall_sim import cli, definition, engine_reader
 from poststall_sim.aircraft import ConfigError
@@ -55,6 +56,25 @@ def test_the_documented_engines_are_read(tmp_path):
     for made in (pitched, stations):
         assert 0.05 < made.coefficients.thrust[0] < 0.2
         assert made.coefficients.thrust[-1] < 0.0
+
+
+def leaves(tree, path=()):
+    if isinstance(tree, dict):
+        items = tree.items()
+    elif isinstance(tree, list):
+        items = enumerate(tree)
+    else:
+        return [path]
+    return [leaf for key, value in items for leaf in leaves(value, (*path, key))]
+
+
+def replaced(tree, path, value):
+    result = copy.deepcopy(tree)
+    branch = result
+    for key in path[:-1]:
+        branch = branch[key]
+    branch[path[-1]] = value
+    return result
 
 
 CASES = [(number, path) for number, engine in enumerate(

@@ -223,6 +223,7 @@ def test_bodies_are_read_and_none_is_the_default(tmp_path):
     ({'drag_area_m2': [0.01, -0.1, 0.0]}, r'bodies\[1\].drag_area_m2\[1\]: must be at least 0'),
     ({'length_m': None}, r'bodies\[1\]: body hull: volume goes with length'),
     ({'volume_m3': 3.0}, r'bodies\[1\]: body hull: .* thicker than it is long'),
+    ({'volume_m3': 1e-12}, r'bodies\[1\]: body hull: a volume of 1e-12 m\^3 .* is a wire'),
     ({'name': 'gear'}, 'two bodies are named gear'),
     ({'lenght_m': 1.0}, r'bodies\[1\]: unknown key lenght_m'),
     ({'position_m': [0.0, 1.0]}, 'list of 3 numbers')])

@@ -238,6 +238,13 @@ def test_control_without_effect_is_refused():
             Effector('wing', gain=1.0), Effector('wing', gain=-1.0))])
 
 
+def test_part_without_width_is_refused():
+    """It would float at 0/0, whatever else the control moves."""
+    with pytest.raises(ConfigError, match='span of surface wing, 0 to 1e-300, is too short'):
+        lattice_of(tapered(), controls=[control(
+            Effector('wing', span=(0.5, 1.0)), Effector('wing', span=(0.0, 1e-300)))])
+
+
 def added_mass(aspect_ratio, rows, strips, cg=0.5):
     """Return the added mass (6, 6) per density of a rectangular plate of chord 1."""
     machine = wings.rectangular(aspect_ratio, strips, cg_G=(cg, 0.0, 0.0))

@@ -355,6 +355,9 @@ def _movables(aircraft: Aircraft, grids: list[Grid], meshes: list[_SurfaceMesh],
             * plate.hinge_turn(meshes[s].corners, part.hinge)
         turn[k, grid.panels] = np.outer(plate.behind(rows, part.hinge), turned).ravel()
         weights = turned * arrays['strip_width'][grid.strips]
+        if not weights.any():
+            raise ConfigError(f'control {part.name}: its span of surface {part.surface}, '
+                              f'{part.span[0]:g} to {part.span[1]:g}, is too short to turn')
         floating[k, grid.strips] = -floating_ratio(part.hinge) * weights \
             / np.abs(weights).sum()
         if part.hinge == 0.0:
