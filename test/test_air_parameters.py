@@ -11,7 +11,7 @@ pytest.importorskip('rclpy', reason='rclpy is not installed')
 
 from geometry_msgs.msg import Vector3Stamped
 from nav_msgs.msg import Odometry
-from processes import Reports, nanoseconds
+from processes import Reports, nanoseconds, send_until
 from std_srvs.srv import Trigger
 
 from poststall_sim.turbulence import Severity, intensity
@@ -80,7 +80,14 @@ def test_turbulence_shear_and_a_gust_at_run_time(start, probe):
     assert reports.value('flight', 'outside_the_method') == ''
     assert math.isfinite(reports.number('flight', 'alpha_rad'))
 
-    # Whole numbers will do.
+    # A parameter asks for what it says, also where a message has set another wind since.
+    blowing = probe.publisher(Vector3Stamped, 'wind')
+    other = Vector3Stamped()
+    other.vector.y = 7.0
+    assert probe.set_parameter('wind.shear.law', 'none').successful
+    send_until(probe, blowing, other, lambda: flown(1)[0][0, 1] == pytest.approx(7.0), 'the wind')
+    assert probe.set_parameter('wind.velocity', [3.0, 0.0, 0.0]).successful
+    assert flown(1)[0][0] == pytest.approx([3.0, 0.0, 0.0])
     assert probe.set_parameter('wind.velocity', [0, 0, 0]).successful   # whole numbers will do
     assert probe.set_parameter('wind.turbulence.sigma', 1).successful
     assert np.abs(flown(10)[0]).max() > 0.05

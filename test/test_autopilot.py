@@ -121,6 +121,20 @@ def test_a_lockstep_goes_on_with_states_between_and_others_who_begin_to_listen(s
         (LAW.roll, LAW.pitch), abs=math.radians(1.0))
 
 
+def test_it_is_heard_by_a_flight_that_goes_as_fast_as_it_can(start, probe):
+    """Many steps to a turn of the executor: commands do not wait behind them and grow old."""
+    start('simulator', ros=['-p', 'real_time_factor:=0.0', '-p', 'rates.diagnostics:=20.0',
+                            '-p', 'initial.altitude:=2000.0'])
+    start('autopilot').wait_for('flies aileron')
+    reports = Reports(probe)
+    probe.spin_until(lambda: reports.number('commands', 'accepted') > 100, 'the autopilot')
+    before = {key: reports.number('commands', key) for key in ('accepted', 'refused_stale')}
+    probe.spin_until(lambda: reports.number('commands', 'accepted') > before['accepted'] + 300,
+                     'more of its commands')
+    assert reports.number('commands', 'refused_stale') - before['refused_stale'] < 30
+    assert reports.level('flight') == Level.OK
+
+
 def test_it_holds_attitude_and_airspeed_beside_wall_time(start, probe):
     """An answer may come some states late, and nothing waits for it."""
     start('simulator', ros=PAUSED)

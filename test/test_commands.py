@@ -149,12 +149,11 @@ def test_stale_and_out_of_order_commands_are_refused(desk):
 
 def test_each_command_of_a_lock_step_has_one_turn():
     turns = Turns()
-    assert turns.is_new(0, 0)
-    turns.take(0)
-    assert not turns.is_new(0, 0)           # sent again before the step was taken
-    assert not turns.is_new(0, 6_000_000)   # and after
-    assert turns.is_new(6_000_000, 6_000_000)
-    assert turns.is_new(1_700_000_000 * SECOND, 6_000_000)   # a client in wall time
-    assert turns.repeated == 2
-    turns.take(None)
-    assert turns.is_new(0, 0)               # time went back to 0
+    assert turns.is_new(Source.PILOT, 0)
+    turns.take(Source.PILOT, 0)
+    assert not turns.is_new(Source.PILOT, 0)   # sent again
+    assert turns.is_new(Source.AUTOPILOT, 0)   # another's answer to the same state
+    assert turns.is_new(Source.PILOT, 6_000_000)
+    assert turns.repeated == 1
+    turns.forget()
+    assert turns.is_new(Source.PILOT, 0)       # time went back to 0

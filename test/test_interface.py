@@ -258,7 +258,7 @@ def test_what_does_not_go_together_is_refused_with_its_reason():
         '--ros-args', '-p', 'separation.law:=lag'])
     try:
         declaration.follow(node, declaration.Followed(
-            declaration.declare(node, SimulatorSettings), changes.append,
+            declaration.declare(node, SimulatorSettings), lambda *said: changes.append(said),
             flight_setup.aero_settings))
         result, = node.set_parameters([Parameter('decambering.enabled', value=False)])
         assert not result.successful and 'separation lag is for' in result.reason

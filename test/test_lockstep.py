@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip('rclpy', reason='rclpy is not installed')
 
-from processes import Reports, nanoseconds, send_sparingly
+from processes import Reports, nanoseconds, send_sparingly, send_until
 from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
@@ -173,6 +173,37 @@ def test_the_same_commands_give_the_same_bytes_at_any_speed(start, probe, anothe
     assert clocks <= times and slow_clocks <= times and fast.time_ns() in clocks
     stalled = deserialize_message(first['strip_stalled'][-1], Float64MultiArray)
     assert any(stalled.data)   # it was no cruise that was compared
+
+
+def test_two_who_fly_in_lockstep_are_both_heard_and_the_first_of_a_state_moves_it(start, probe):
+    """Under `sum`; what bears the time of another clock is refused with the reason."""
+    start('simulator', ros=['-p', 'lockstep:=command', '-p', 'command.source:=sum',
+                            '-p', 'rates.diagnostics:=20.0', '-p', 'rates.state:=1000.0'])
+    tape, reports = Tape(probe, BY_DEFAULT), Reports(probe)
+    trim = dict(zip(tape.joints.name, tape.joints.position))
+    publishers = {name: probe.publisher(JointState, f'{name}/surface_cmd')
+                  for name in ('autopilot', 'pilot')}
+
+    def say(who, elevator, done, what, stamp=None):
+        message = JointState(name=list(trim), position=[
+            value + elevator * (name == 'elevator') for name, value in trim.items()])
+        time_ns = tape.time_ns() if stamp is None else stamp
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(time_ns, 1_000_000_000)
+        send_until(probe, publishers[who], message, done, what)
+
+    first = tape.time_ns()
+    say('autopilot', 0.02, lambda: tape.steps() == 1, 'the first step')
+    say('pilot', 0.05, lambda: reports.number('commands', 'accepted') == 2, 'the pilot', first)
+    assert tape.steps() == 1                # his answer is to a state that has gone by
+    say('autopilot', 0.02, lambda: tape.steps() == 2, 'the second step')
+    shown = deserialize_message(tape.heard[JOINTS][-1], JointState)
+    assert dict(zip(shown.name, shown.position))['elevator'] == pytest.approx(
+        trim['elevator'] + 0.07, abs=1e-9)
+    say('pilot', 0.0, lambda: reports.number('commands', 'refused_ahead_of_time') > 0,
+        'the refusal', 1_700_000_000_000_000_000)
+    assert tape.steps() == 2
+    refused = probe.set_parameter('real_time_factor', 2.0)
+    assert not refused.successful and 'the next command' in refused.reason
 
 
 def test_lockstep_by_service_is_that_by_command_and_nothing_else_moves_it(

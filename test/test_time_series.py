@@ -78,6 +78,7 @@ def test_a_bag_gives_the_flight_that_was_flown(tmp_path):
     # What a bag's topics do not have, or not at the rate of the state.
     assert set(flown) - set(read) == {
         'stalled_wing_strips [-]', 'iterations [-]', 'residual [rad]', 'density [kg/m^3]',
+        'not_converged_steps [-]',
         *(f'{name}_commanded [deg]' for name in ('aileron', 'elevator', 'rudder'))}
     for head, values in read.items():
         # In ROS axes and back: rounding, of angles near 0 too.

@@ -98,12 +98,6 @@ class AirSettings:
         return Shear(law, self.shear_exponent if law is ShearLaw.POWER else self.shear_roughness,
                      self.shear_reference_height)
 
-    @property
-    def roughness(self) -> tuple[str, float, str, int]:
-        """What `turbulence` depends on."""
-        return (self.turbulence_intensity, self.turbulence_sigma, self.turbulence_model,
-                self.turbulence_seed)
-
     def turbulence(self, altitude: float) -> Turbulence | None:
         """Return the turbulence, scaled for an altitude [m]."""
         vertical = self.turbulence_sigma
@@ -118,16 +112,16 @@ class AirSettings:
         """Return the weather of a flight that begins at an altitude [m]."""
         return Weather(self.wind_N, self.shear, turbulence=self.turbulence(altitude))
 
-    def changes(self, before: 'AirSettings', altitude: float) -> dict:
-        """Return the fields of a weather that are others than before."""
-        changed = {}
-        if self.wind_velocity != before.wind_velocity:
-            changed['wind_N'] = self.wind_N
-        if self.shear != before.shear:
-            changed['shear'] = self.shear
-        if self.roughness != before.roughness:
-            changed['turbulence'] = self.turbulence(altitude)
-        return changed
+    def asked(self, named: frozenset[str], altitude: float) -> dict:
+        """
+        Return the fields of a weather that parameters ask for, by the names of their fields.
+
+        Also where they are as before: a message or a flight file may have set another.
+        """
+        made = {'wind_': ('wind_N', lambda: self.wind_N), 'shear_': ('shear', lambda: self.shear),
+                'turbulence_': ('turbulence', lambda: self.turbulence(altitude))}
+        return {field: make() for begin, (field, make) in made.items()
+                if any(name.startswith(begin) for name in named)}
 
     def gust(self, place_N: FloatArray, toward_N: FloatArray) -> Gust:
         """Return the gust ahead of who is at a place in the air and moves so, see `gust_ahead`."""

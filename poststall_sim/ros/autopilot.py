@@ -79,7 +79,7 @@ class AutopilotNode(Node):
                               clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.get_logger().info('waiting for the simulator')
 
-    def _on_settings(self, settings: AutopilotSettings) -> None:
+    def _on_settings(self, settings: AutopilotSettings, named: frozenset[str]) -> None:
         self._law = settings.law
 
     def _on_joint_states(self, message: JointState) -> None:

@@ -36,6 +36,7 @@ class Refusal(enum.Enum):
     DUPLICATE = 'refused_duplicate_name'
     STALE = 'refused_stale'
     OUT_OF_ORDER = 'refused_out_of_order'
+    AHEAD = 'refused_ahead_of_time'
 
 
 class RefusedCommand(ValueError):
@@ -48,25 +49,30 @@ class RefusedCommand(ValueError):
 
 class Turns:
     """
-    Which commands of a lock-step are new: each takes its turn once, however often it is sent.
+    Which commands of a lock-step are new: each is heard once, however often it is sent.
 
     A client sends its command, stamped with the time of the state that it answers, again and
-    again until it sees the next state.
+    again until it sees the next state. Of several sources the first to answer a state makes the
+    flight advance; what the others say of it is heard, and acts from the next step on.
     """
 
     def __init__(self) -> None:
         self.repeated = 0
-        self._last_ns: int | None = None
+        self._last_ns: dict[Source, int] = {}
 
-    def is_new(self, stamp_ns: int, time_ns: int) -> bool:
-        """Tell whether a command is for the step to come, and count it where it is not."""
-        new = stamp_ns >= time_ns and stamp_ns != self._last_ns
+    def is_new(self, source: Source, stamp_ns: int) -> bool:
+        """Tell whether a source has not answered this state yet, and count it where it has."""
+        new = stamp_ns > self._last_ns.get(source, -1)
         self.repeated += not new
         return new
 
-    def take(self, stamp_ns: int | None) -> None:
-        """Take note of the command whose turn it is; None: it has no stamp, or time jumped."""
-        self._last_ns = stamp_ns
+    def take(self, source: Source, stamp_ns: int) -> None:
+        """Take note of a command that is heard."""
+        self._last_ns[source] = stamp_ns
+
+    def forget(self) -> None:
+        """Begin again: the flight was put elsewhere, or time has jumped."""
+        self._last_ns.clear()
 
 
 class CommandDesk:

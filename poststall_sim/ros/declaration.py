@@ -75,13 +75,14 @@ def _declared(node: Node, kind: type[Settings], given: dict[str, Any]) -> Settin
 @dataclasses.dataclass(frozen=True, slots=True)
 class Followed:
     """
-    A record of parameters, and what is called with the new record when one of them was set.
+    A record of parameters, and what is called when one of them was set.
 
-    together : raises `ConfigError` for values that do not go together; they are refused.
+    changed : is called with the new record and the names of the fields that were set; together :
+    raises `ConfigError` for values that do not go together; they are refused.
     """
 
     settings: Any
-    changed: Callable[[Any], None]
+    changed: Callable[[Any, frozenset[str]], None]
     together: Callable[[Any], Any] = lambda settings: None
 
 
@@ -119,7 +120,7 @@ def follow(node: Node, *followed: Followed) -> None:
     def apply(parameters: list[Parameter]) -> None:
         for index, values in updated(parameters):
             current[index] = dataclasses.replace(current[index], **values)
-            followed[index].changed(current[index])
+            followed[index].changed(current[index], frozenset(values))
 
     node.add_pre_set_parameters_callback(convert)
     node.add_on_set_parameters_callback(check)

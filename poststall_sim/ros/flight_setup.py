@@ -50,15 +50,18 @@ def flight_from_settings(settings: SimulatorSettings, air: AirSettings,
         aircraft = replace(aircraft, surfaces=tuple(
             surface.cut(settings.uvlm_spanwise) for surface in aircraft.surfaces))
     east, north, up = settings.initial_position
+    if up < 0.0:
+        raise ConfigError(
+            f'parameter initial.position: up must not be below the ground, got {up:g} m')
     roll, pitch, heading = np.radians(settings.initial_euler)
     if settings.initial_trim and (roll or pitch):
         raise ConfigError('parameter initial.euler_deg: roll and pitch are those of trim, set '
                           f'initial.trim to false for others; got {settings.initial_euler}')
     flight = simulation.start(
         aircraft, aero_settings(settings), airspeed=settings.initial_airspeed,
-        altitude=up or settings.initial_altitude, north_east=(north, east), heading=heading,
+        altitude=settings.start_altitude, north_east=(north, east), heading=heading,
         attitude=None if settings.initial_trim else quaternion_from_euler(roll, pitch, heading),
-        atmosphere=air.atmosphere, weather=air.weather(settings.initial_altitude),
+        atmosphere=air.atmosphere, weather=air.weather(settings.start_altitude),
         dt=settings.dt or None, failed=engine_failures.names(settings.engine_failures),
         progress=progress)
     if failed:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from geometry_msgs.msg import PoseWithCovarianceStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
+from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState, Joy
 from std_msgs.msg import Float64MultiArray
 
@@ -15,7 +16,7 @@ from poststall_sim import inlets
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.reader import plain
 from poststall_sim.ros import joy, messages
-from poststall_sim.ros.commands import RefusedCommand, Source, Turns
+from poststall_sim.ros.commands import Refusal, RefusedCommand, Source, Turns
 from poststall_sim.topics import Topic
 
 if TYPE_CHECKING:
@@ -33,19 +34,34 @@ class Inbox:
         self._warned: set[str] = set()
         self._buttons = joy.Buttons()
         self.turns = Turns()
-        for topic, source in ((inlets.AUTOPILOT, Source.AUTOPILOT), (inlets.PILOT, Source.PILOT)):
+        self._commands = [
             self._listen(topic, JointState,
                          lambda message, source=source: self._on_joints(source, message))
-        self._listen(inlets.SURFACES, Float64MultiArray, self._on_array)
+            for topic, source in ((inlets.AUTOPILOT, Source.AUTOPILOT),
+                                  (inlets.PILOT, Source.PILOT))]
+        self._commands.append(self._listen(inlets.SURFACES, Float64MultiArray, self._on_array))
         if node.settings.joy_enabled:
-            self._listen(inlets.JOY, Joy, self._on_joy)
+            self._commands.append(self._listen(inlets.JOY, Joy, self._on_joy))
         self._listen(inlets.WIND, Vector3Stamped, self._on_wind)
         self._listen(inlets.INITIAL_POSE, PoseWithCovarianceStamped, self._on_initial_pose)
         self._listen(inlets.SET_STATE, Odometry, self._on_state)
 
-    def _listen(self, topic: Topic, kind: type, callback) -> None:
-        self._node.create_subscription(
+    def _listen(self, topic: Topic, kind: type, callback) -> Subscription:
+        return self._node.create_subscription(
             kind, topic.name, callback, messages.qos_profile(topic.qos))
+
+    def hear_commands(self) -> None:
+        """
+        Take all commands that have arrived, in order.
+
+        An executor brings one of each topic at a turn; where a turn flies many steps, what waits
+        behind it would grow old.
+        """
+        for subscription in self._commands:
+            with subscription.handle:
+                while (taken := subscription.handle.take_message(
+                        subscription.msg_type, subscription.raw)) is not None:
+                    subscription.callback(taken[0])
 
     def _on_joints(self, source: Source, message: JointState) -> None:
         try:
@@ -96,13 +112,18 @@ class Inbox:
         in_turn = turn and settings.lockstep == 'command'
         if not values:
             return
-        if in_turn and stamp_ns is not None and not self.turns.is_new(stamp_ns, time_ns):
-            if stamp_ns == 0:
-                node.get_logger().warning(
-                    f'{source.value}: a command without a stamp passes for an old one under '
-                    'lock-step: stamp it with the time of the state that it answers',
-                    throttle_duration_sec=5)
-            return
+        if in_turn and stamp_ns is not None:
+            if stamp_ns > time_ns:
+                raise RefusedCommand(Refusal.AHEAD, (
+                    f'stamped {1e-9 * (stamp_ns - time_ns):.3f} s ahead of simulated time: under '
+                    'lock-step a command bears the time of the state that it answers'))
+            if not self.turns.is_new(source, stamp_ns):
+                if stamp_ns == 0:
+                    node.get_logger().warning(
+                        f'{source.value}: a command without a stamp passes for an old one under '
+                        'lock-step: stamp it with the time of the state that it answers',
+                        throttle_duration_sec=5)
+                return
         node.desk.admit(source, stamp_ns or 0, time_ns, timeout=settings.command_timeout)
         beyond = node.desk.receive(source, values, time_ns)
         if beyond:
@@ -111,7 +132,9 @@ class Inbox:
         if in_turn and not node.paused and len(values) == len(node.layout.command_names) \
                 and node.desk.listens_to(source, settings.command_source):
             if stamp_ns is not None:
-                self.turns.take(stamp_ns)
+                self.turns.take(source, stamp_ns)
+                if stamp_ns < time_ns:
+                    return   # another's command of that state has made the flight advance
             node.advance(settings.step_count)
 
     def _refuse(self, source: Source, error: RefusedCommand) -> None:

@@ -113,7 +113,7 @@ class Operations:
         flight, settings = self._node.flight, self._node.settings
         on_ground = position_N[2] == 0.0
         if on_ground:
-            position_N = position_N - [0.0, 0.0, settings.initial_altitude]
+            position_N = position_N - [0.0, 0.0, settings.start_altitude]
         found = trims.straight(
             flight.model, airspeed=settings.initial_airspeed, altitude=-float(position_N[2]),
             failed=flight.failed_engines)

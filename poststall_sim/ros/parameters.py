@@ -244,6 +244,11 @@ class SimulatorSettings(JoySettings):
         return {rate: by_parameter[rate.parameter] for rate in Rate if rate.counts == SIMULATED}
 
     @property
+    def start_altitude(self) -> float:
+        """Altitude above the ground at which the flight starts [m]."""
+        return self.initial_position[2] or self.initial_altitude
+
+    @property
     def closure(self) -> str:
         """How the section angle is found, for reports."""
         return self.decambering_closure if self.decambering_enabled else 'off: attached flow'

@@ -166,6 +166,9 @@ class SimulatorNode(Node):
         if self.paused or self.settings.lockstep != 'off':
             return
         for _ in range(self._due()):
+            self.inbox.hear_commands()
+            if self.paused:
+                break
             self._step(paced=True)
             if self.paused:
                 break
@@ -252,7 +255,7 @@ class SimulatorNode(Node):
     def begun(self) -> None:
         """Show a flight that was put elsewhere; a pause stays, but for one of `_stop_for`."""
         self._reason = None
-        self.inbox.turns.take(None)
+        self.inbox.turns.forget()
         if self._fly_after_reset:
             self.paused = self._fly_after_reset = False
         self._pacer.stop()
@@ -340,8 +343,12 @@ class SimulatorNode(Node):
         """Raise `ConfigError` for settings that do not go together, or not with the aircraft."""
         aero_settings(settings)
         surfaces.failed(self.flight.model.aircraft, settings)
+        if settings.real_time_factor != self.settings.real_time_factor and (
+                self.follows or settings.lockstep != 'off'):
+            raise ConfigError('real_time_factor has no effect here: time is that of '
+                              + (self._waits_for() or 'the /clock that is followed'))
 
-    def _on_settings(self, settings: SimulatorSettings) -> None:
+    def _on_settings(self, settings: SimulatorSettings, named: frozenset[str]) -> None:
         before, self.settings = self.settings, settings
         if settings.real_time_factor != before.real_time_factor:
             self._pacer.factor = settings.real_time_factor
@@ -357,10 +364,10 @@ class SimulatorNode(Node):
             self.get_logger().warning(
                 f'failed: {", ".join(words)}' if words else 'nothing fails any more')
 
-    def _on_air(self, air: AirSettings) -> None:
-        before, self.air = self.air, air
+    def _on_air(self, air: AirSettings, named: frozenset[str]) -> None:
+        self.air = air
         self.flight.weather = replace(
-            self.flight.weather, **air.changes(before, self.settings.initial_altitude))
+            self.flight.weather, **air.asked(named, self.settings.start_altitude))
 
 
 def main(args: list[str] | None = None) -> int:
