@@ -255,6 +255,8 @@ def test_a_simulator_stopped_for_2_s_goes_on_where_it_was_and_says_what_was_lost
     flight.process.send(signal.SIGCONT)
     probe.spin_until(
         lambda: flight.reports.number('pace', 'lost_time_s') > lost + 1.5, 'a report of the loss')
+    assert flight.reports.number('pace', 'lost_wall_time_s') == pytest.approx(
+        flight.reports.number('pace', 'lost_time_s'), abs=0.05)   # at a factor of 1
     assert flight.reports.number('pace', 'lost_time_s') < lost + 2.5
     assert flight.time_ns() - stopped < 1_000_000_000   # no leap
     flight.require_order()

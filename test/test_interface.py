@@ -85,7 +85,8 @@ SUBSCRIBED = {
     'set_state': ('nav_msgs/msg/Odometry', Qos(1)),
 }
 SERVICES = {
-    **dict.fromkeys(('reset', 'step', 'trim', 'save_state', 'load_state'), 'std_srvs/srv/Trigger'),
+    **dict.fromkeys(('reset', 'step', 'trim', 'gust', 'save_state', 'load_state'),
+                    'std_srvs/srv/Trigger'),
     **dict.fromkeys(('pause', 'engage'), 'std_srvs/srv/SetBool'),
 }
 WRITABLE = {

@@ -44,13 +44,16 @@ def test_the_policy_allows_each_node_the_topics_of_the_tables_and_no_other():
     assert allowed('pilot', 'topics', 'publish') == full([inlets.PILOT]) | COMMON
     assert allowed('pilot', 'topics', 'subscribe') == full(
         [topics.CLOCK, topics.JOINT_STATES, topics.AIRSPEED])
+    assert allowed('autopilot', 'topics', 'publish') == full([inlets.AUTOPILOT]) | COMMON
+    assert allowed('autopilot', 'topics', 'subscribe') == {
+        '/clock', '/imu', '/joint_states', '/strip_stalled', '/twist/air'}
     assert allowed('recorder', 'topics', 'publish') == COMMON
     assert allowed('recorder', 'topics', 'subscribe') == published | subscribed | {'/rosout'}
 
 
 def test_nobody_but_the_pilot_may_ask_and_he_only_for_the_pause():
     assert allowed('pilot', 'services', 'request') == {'/pause'}
-    for node in ('simulator', 'recorder'):
+    for node in ('simulator', 'autopilot', 'recorder'):
         assert not allowed(node, 'services', 'request')
     text = POLICY.read_text()
     assert '*' not in text and 'DENY' not in text   # what is not named is denied
@@ -63,9 +66,11 @@ def test_running_nodes_use_nothing_that_the_policy_does_not_allow(start, probe, 
                             '-p', 'sensors.imu.rate:=10.0']).wait_for('ready')
     start('recorder', '--output', str(tmp_path / 'bag')).wait_for('ready')
     start('pilot').wait_for('scenario begins')
+    start('autopilot').wait_for('flies aileron')
     node = probe.node
     for name, publishes, hears in (('simulator', '/diagnostics', '/set_state'),
                                    ('recorder', '/rosout', '/odom'),
+                                   ('autopilot', '/autopilot/surface_cmd', '/imu'),
                                    ('pilot', '/pilot/surface_cmd', '/clock')):
         probe.spin_until(lambda name=name: name in node.get_node_names(), name)
 

@@ -101,6 +101,7 @@ class Health:
             'late_ticks': pacer.late,
             'lag_max_ms': pacer.lag_max_ns * 1e-6,
             'lost_time_s': pacer.lost_ns * 1e-9,
+            'lost_wall_time_s': pacer.lost_wall_ns * 1e-9,
             'step_time_mean_us': self.step_ns / count * 1e-3,
             'step_time_max_us': self.step_max_ns * 1e-3,
             'headroom': self.tally.steps * pacer.dt_ns / self.busy_ns if self.busy_ns else 0.0})

@@ -25,7 +25,8 @@ class Pacer:
         self.max_steps = max_steps
         self.steps = 0
         self.late = 0
-        self.lost_ns = 0
+        self.lost_ns = 0        # of simulated time, and of wall time
+        self.lost_wall_ns = 0
         self.lag_max_ns = 0
         self.running_ns = 0
         self._late_ns = max(2 * dt_ns, self.LATE_NS)
@@ -50,6 +51,7 @@ class Pacer:
         owed = math.floor((now_ns - self._start_ns) / (self.dt_ns / self.factor)) - self._done
         granted = min(owed, self.max_steps)
         self.lost_ns += (owed - granted) * self.dt_ns
+        self.lost_wall_ns += round((owed - granted) * self.dt_ns / self.factor)
         self._taken = self._done
         self._done += owed
         return granted
