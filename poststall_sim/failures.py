@@ -72,6 +72,13 @@ def of_parts(aircraft: Aircraft, failures: Mapping[str, Failure]) -> Failed:
                 raise ConfigError(f'{name}: {aircraft.movables[k].name} has failed already')
             failed[k] = failure if failure.angle is None else Failure(
                 failure.kind, gain * failure.angle)
+            low, high = aircraft.movables[k].travel
+            if failure.angle is not None and not (
+                    low - 1e-12 <= failed[k].angle <= high + 1e-12):
+                raise ConfigError(
+                    f'{name}: {aircraft.movables[k].name} goes from {math.degrees(low):g} to '
+                    f'{math.degrees(high):g} deg, it cannot be stuck at '
+                    f'{math.degrees(failed[k].angle):g}')
     return tuple(failed)
 
 

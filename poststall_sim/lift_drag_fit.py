@@ -37,6 +37,8 @@ from poststall_sim.aircraft import ConfigError
 from poststall_sim.buildup import COEFFICIENTS, BuildUp, Increment
 from poststall_sim.frames import FloatArray
 
+LEAST_ANGLES = 4
+"""Angles of attack that a fit needs."""
 SHARPNESS = 15.0
 """M of the plugin."""
 _FLAT_PLATE = (-0.224, -0.115)
@@ -95,8 +97,9 @@ def fit(tables: BuildUp) -> Fit:
     target = dict(zip(COEFFICIENTS, tables.base.reshape(len(COEFFICIENTS), -1) / in_plane))
     beta = np.arctan2(np.sin(beta), np.cos(alpha) * np.cos(beta))
     level = np.abs(beta) < 1e-12
-    if np.unique(alpha[level]).size < 4:
-        raise ConfigError('the parameters of AdvancedLiftDrag need at least four angles of attack')
+    if np.unique(alpha[level]).size < LEAST_ANGLES:
+        raise ConfigError(
+            f'the parameters of AdvancedLiftDrag need at least {LEAST_ANGLES} angles of attack')
     reference = tables.reference
     values = {'AR': reference.span ** 2 / reference.area, 'mac': reference.chord,
               'area': reference.area}

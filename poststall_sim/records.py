@@ -9,7 +9,7 @@ import numpy as np
 
 from poststall_sim.frames import FloatArray
 
-SHORTEST, FARTHEST = 1e-6, 1e3
+SHORTEST, FARTHEST = 1e-6, 5e3
 """Of lengths and places of an aircraft [m]: others overflow in a lattice, or are no metres."""
 
 

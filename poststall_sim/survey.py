@@ -17,6 +17,7 @@ from poststall_sim import polar
 from poststall_sim.aero import polars
 from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import Aircraft, Surface
+from poststall_sim.airfoil_report import steepest_unique_fall
 from poststall_sim.frames import control_sign
 from poststall_sim.polar import Condition
 
@@ -27,12 +28,6 @@ HORIZONTAL_VOLUME, VERTICAL_VOLUME = (0.3, 1.2), (0.015, 0.10)
 """Model aeroplanes to transports: D. P. Raymer, Aircraft Design, 6th ed., table 6.4, widened."""
 STRIP_WIDTH = (0.2, 1.0)
 """Of the chord. Wider ones blur the stall; much narrower ones cost time and say no more."""
-STEEPEST_FALL = 9.0
-"""
-Of lift past the stall [1/rad], beyond which the non-local closure may have several solutions.
-
-Measured on a wing of aspect ratio 12 with 40 strips, averaging over one chord.
-"""
 ROLL_RATE, PITCH_CHANGE = 0.05, 0.3
 """Least p b/2V of full ailerons and change of Cm of full elevator."""
 GYRATION = (0.25, 0.38, 0.39)
@@ -254,13 +249,18 @@ def _strips(model: Model) -> Iterator[Finding]:
 
 def _sections(model: Model) -> Iterator[Finding]:
     angles = np.radians(np.linspace(-60.0, 60.0, 481))
+    reference, ell = model.aircraft.reference, model.settings.ell
+    strips = max(grid.strips.stop - grid.strips.start for grid in model.lattice.grids)
     for airfoil in model.aircraft.airfoils:
         curve = polars.section_polar(airfoil)
         values = curve.at(angles)
         past = (angles > curve.stall_high) | (angles < curve.stall_low)
         fall = -float(values[past, 3].min())
-        if fall > STEEPEST_FALL:
+        steepest = -steepest_unique_fall(
+            airfoil, aspect_ratio=reference.span ** 2 / reference.area, strips=strips,
+            ell=max(ell) if isinstance(ell, tuple) else ell)
+        if fall > steepest:
             yield Finding(
                 f'airfoil {airfoil.name}', f'its lift falls by {math.radians(fall):.3f} per deg '
-                f'past the stall, {math.radians(STEEPEST_FALL):.3f} is sure to have one solution',
-                'soften its table, or average over more than a chord (--ell)')
+                f'past the stall; up to {math.radians(steepest):.3f} the flow of such a wing has '
+                'one solution only', 'soften its table, or average over more chords (--ell)')

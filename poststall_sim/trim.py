@@ -279,8 +279,9 @@ class _Search:
         if not beyond and not 0.0 <= throttle <= 1.0:
             full = pushed(self.model, self.moved(found, {'throttle': 1.0}), self.air.density,
                           self.failed).force_B
+            push = math.copysign(float(np.linalg.norm(full)), full[0])
             return (f'the throttle would have to stand at {throttle:.2f}, it goes from 0 to 1 '
-                    f'({np.linalg.norm(full):.1f} N at full throttle and this airspeed)')
+                    f'({push:.1f} N at full throttle and this airspeed)')
         return beyond
 
 

@@ -47,8 +47,22 @@ def straight_trims(model: Model, airspeeds: Sequence[float], *, altitude: float,
                                climb_angle=climb_angle, alpha0=alpha0, failed=failed)
         if found.status is Status.CONVERGED:
             alpha0 = found.alpha
+        else:
+            found = _nearest(model, found, climb_angle, altitude, failed)
         row = trim_result(model, found, _kind(model, failed), altitude)
         yield {**row, 'message': explained(row['message'])}
+
+
+def _nearest(model: Model, missed: Trim, climb_angle: float, altitude: float,
+             failed: frozenset[str]) -> Trim:
+    """Return the flight nearest to a trim that the controls do not reach, within their limits."""
+    powered = _kind(model, failed) == 'powered'
+    found = manoeuvre.steady(model, Task(
+        airspeed=missed.airspeed, climb_angle=climb_angle if powered else None,
+        throttle=None if powered else 0.0, failed=failed), altitude=altitude)
+    if found.status is Status.CONVERGED:
+        return found
+    return replace(found, message=f'{missed.message}; within the limits {found.message}')
 
 
 def _kind(model: Model, failed: frozenset[str] = trims.ALL_WORK) -> str:

@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 
 from poststall_sim import definition
 from poststall_sim.aircraft import ConfigError, Section
+from poststall_sim.campaign import definition as campaigns
 from poststall_sim.definition import Kind
 
 CONFIG = Path(__file__).resolve().parents[1] / 'config'
@@ -200,7 +201,7 @@ def test_the_shipped_scenario_leads_past_seven_seconds_and_back():
 @pytest.mark.parametrize('kind', Kind)
 def test_every_shipped_file_can_be_read(kind):
     read = {Kind.AIRCRAFT: definition.aircraft, Kind.AIRFOIL: definition.airfoil,
-            Kind.SCENARIO: definition.scenario}[kind]
+            Kind.SCENARIO: definition.scenario, Kind.CAMPAIGN: campaigns.campaign}[kind]
     assert definition.names(kind)
     for name in definition.names(kind):
         assert read(definition.find(kind, name)).name == name

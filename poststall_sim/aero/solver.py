@@ -127,8 +127,10 @@ def _result(model: Model, onset: Onset, boundary: Boundary, operating: Operating
         stalled = np.zeros(n, dtype=bool)
     values = np.empty((n, 4))
     sections(lattice.curves, lattice.polar_index, looked_up, values)
-    # The lattice has the flaps' own moment whole: what separation takes of it is taken here.
-    moment = values[:, 2] - (1.0 - left) * (boundary.angles @ lattice.load_moment)
+    # The lattice has the flaps' own moment whole, as far as a strip is one of the lattice: what
+    # separation takes of it is taken here.
+    moment = values[:, 2] \
+        - (1.0 - left) * boundary.fade * (boundary.angles @ lattice.load_moment)
     loads.section_force(
         density, operating.alpha - boundary.pivot, operating.speed, values[:, 1], moment,
         lattice.strip_chord, lattice.strip_width, lattice.chord_axis, lattice.strip_normal,

@@ -53,6 +53,7 @@ def add(command: Command) -> argparse.ArgumentParser:
 def run(arguments: argparse.Namespace) -> int:
     """Compute what is missing and write it as asked; return the exit code."""
     from poststall_sim import aero_database, gazebo_writer, jobs, jsbsim_writer, lift_drag_fit
+    from poststall_sim.aircraft import ConfigError
     grid = aero_database.Grid(
         arguments.alpha, arguments.beta,
         {name: found for name in 'pqr' if (found := getattr(arguments, name))},
@@ -60,6 +61,9 @@ def run(arguments: argparse.Namespace) -> int:
     tabled = [each for each in arguments.format if each != 'csv']
     if tabled:
         grid.require_tables()
+    if 'gz' in tabled and len(set(arguments.alpha)) < lift_drag_fit.LEAST_ANGLES:
+        raise ConfigError(f'--format gz needs at least {lift_drag_fit.LEAST_ANGLES} angles of '
+                          f'attack, got {len(set(arguments.alpha))}')
     model = solver.model(arguments)
     database = aero_database.Database(
         arguments.output, model, grid, airspeed=arguments.airspeed, altitude=arguments.altitude,

@@ -99,6 +99,9 @@ def run(arguments: argparse.Namespace) -> int:
     # Refuses what is wrong with the definition.
     model = solver.model(arguments, scenario.atmosphere)
     jobs.require_controls(model.aircraft, scenario)
+    if late := [fault.name for fault in scenario.faults if fault.time >= duration]:
+        raise ConfigError(f'{", ".join(late)}: fails after the end of the flight, at {duration:g} '
+                          's: give --duration')
     if arguments.resume:
         for name in ('airspeed', 'altitude', 'wind', 'turbulence', 'seed', 'gust',
                      'temperature_offset', 'qnh'):

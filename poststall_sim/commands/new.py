@@ -15,7 +15,7 @@ _WING, _TAIL = 'naca4415_re4e5', 'naca0012_re3e5'
 def add(command: Command) -> argparse.ArgumentParser:
     """Add the command and its options; return its parser."""
     new = command('new', 'a new aircraft file, from a few numbers or from an AVL file',
-                  'glider --span 4 --chord 0.3 --mass 5', None, of_aircraft=False)
+                  'mine --span 4 --chord 0.3 --mass 5', None, of_aircraft=False)
     new.add_argument('name', help='of the aircraft: letters, digits and _')
     for option, unit in (('span', 'M'), ('chord', 'M'), ('mass', 'KG')):
         new.add_argument(f'--{option}', type=values.positive, metavar=unit)

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from poststall_sim.aero import solver
+from poststall_sim.aero.decambering import wrap
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aero.schemes import Start
 from poststall_sim.aero.solver import AeroResult
@@ -180,8 +181,8 @@ def _complaint(low: AeroResult, middle: AeroResult, high: AeroResult) -> str:
     for aero in (low, middle, high):
         if aero.status is not Status.CONVERGED:
             return f'a solution did not converge, residual {aero.max_residual:.1e}'
-    uneven = float(np.abs(
-        high.strips.delta + low.strips.delta - 2.0 * middle.strips.delta).max())
+    uneven = float(np.abs(wrap(
+        high.strips.delta + low.strips.delta - 2.0 * middle.strips.delta)).max())
     if uneven > APART:
         return (f'the decambering changes by {math.degrees(uneven):.2g} deg more on one side than '
                 'on the other: the branch ends at a fold')

@@ -96,8 +96,9 @@ def operating_points(model: Model, boundary: Boundary, aero: AeroResult,
     looked_at, left, fall = np.empty((3, lattice.strips))
     look_up(aero.strips.alpha, strips, looked_at, left, fall)
     looked_up = alpha + left[:, None] * shift + (strips[6] * fall)[:, None] * (alpha + shift)
-    flap_moment *= (left - 1.0)[:, None]
-    flap_moment += (fall * (boundary.angles @ lattice.load_moment))[:, None] * (alpha + shift)
+    flap_moment *= ((left - 1.0) * boundary.fade)[:, None]
+    flap_moment += (fall * boundary.fade * (boundary.angles @ lattice.load_moment))[:, None] \
+        * (alpha + shift)
     return Points(
         at_speed=speed, circulation=circulation, alpha=alpha, shift=shift, pivot=pivot,
         flap_moment=flap_moment, looked_at=looked_at, looked_up=looked_up,
