@@ -130,7 +130,7 @@ class Recheck:
         potential = curve if linear else np.arcsin(curve)
         nonlocal_ = wrapped(delta - potential + mean - (self.zero - shift))
         local = 2.0 * strength / (effective * lattice.strip_chord) \
-            - self.cl(wrapped(self.looked_up(alpha, shift)))
+            - self.cl(wrapped(alpha + shift))
         return np.where(flowing, nonlocal_, 0.0), np.where(flowing, local, 0.0)
 
 
@@ -167,6 +167,12 @@ class Starts:
         self.flows = curves.random_flows(machine, count, seed)
         self.problems = [operating.steady_problem(self.model, flow.onset, flow.deflections)
                          for flow in self.flows]
+        # The closures differ in what a flap does to a separated section, and in nothing else.
+        local = dataclasses.replace(self.model, settings=settings(Closure.LOCAL, form))
+        self.boundaries = {
+            Closure.NONLOCAL: [problem.boundary for problem in self.problems],
+            Closure.LOCAL: [operating.boundary_condition(local, flow.onset, flow.deflections)
+                            for flow in self.flows]}
 
     def solve(self, closure, ell=1.0):
         """
@@ -179,9 +185,9 @@ class Starts:
                                     mean=averaging(self.model.lattice, ell))
         recheck = Recheck(model, self.foil, ell)
         none, used, checked, lost = np.zeros(model.lattice.strips), [], [], []
-        for flow, problem in zip(self.flows, self.problems):
+        for flow, problem, boundary in zip(self.flows, self.problems, self.boundaries[closure]):
             found = operating.decamber(
-                model, problem.boundary, problem.operator, none, operating.NO_PATH)
+                model, boundary, problem.operator, none, operating.NO_PATH)
             used.append(found.iterations)
             residual = recheck(flow, found.delta, recheck.matrix(flow), self.form)[
                 closure is Closure.LOCAL]

@@ -170,7 +170,7 @@ class Residual:
         mean = (weight @ angle - beyond @ theta) / total
         wanted = np.arcsin(self.cl(self.looked_up(mean, shift)) / (2 * np.pi)) \
             - (mean - (self.zero - shift))
-        return angle, delta - wanted, cl - self.cl(self.looked_up(angle, shift))
+        return angle, delta - wanted, cl - self.cl(angle + shift)
 
 
 CONDITIONS = [(math.radians(a), 0.0, (0.0, 0.0, 0.0), (0.0, 0.0)) for a in range(0, 41, 2)] + [

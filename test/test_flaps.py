@@ -70,7 +70,11 @@ def test_what_is_left_of_a_flap_falls_smoothly_from_one_to_nothing():
 
 @pytest.mark.parametrize('closure', list(Closure))
 def test_section_with_a_flap_is_read_off_its_moved_curve(closure):
-    """Attached: alpha + tau deflection, whole. Far past the stall: the plain section at alpha."""
+    """
+    Attached: alpha + tau deflection, whole. Far past the stall: the plain section at alpha.
+
+    Under the local closure whole at any angle.
+    """
     model = long_wing(closure=closure)
     tau = plate.flap_effectiveness(4, 0.75)
     plain = model.lattice
@@ -80,6 +84,11 @@ def test_section_with_a_flap_is_read_off_its_moved_curve(closure):
         assert low[0] == pytest.approx(4.0 * DEG, abs=2e-3)   # the tips are 5000 chords away
         assert low[1] == pytest.approx(np.interp(x, FOIL.alpha, FOIL.cl), abs=2e-3)
         deep = plain.separated_high[0] + 8.0 * DEG
+        if closure is Closure.LOCAL:
+            high = middle(model, deep, deflection)
+            assert high[1] == pytest.approx(
+                np.interp(high[0] + tau * deflection, FOIL.alpha, FOIL.cl), abs=2e-3)
+            continue
         high, clean = middle(model, deep, deflection), middle(model, deep, 0.0)
         # A lattice turned by the deflection at its rear carries that of one turned by tau times
         # it as a whole to first order: alpha differs by 5e-4.

@@ -17,7 +17,8 @@ separation point, once it has reached the leading edge (as in Leishman & Beddoes
 ailerons lose their effect as the stall goes on was measured by Weick & Wenzinger, NACA TR 419,
 1932; the way it falls between those two angles is our own. Lift, drag and moment are all read at
 x, and the moment of the flap itself about the quarter chord, which the lattice has, fades with
-eta. A section with tables of its flap has all that in them, and eta is 1.
+eta. A section with tables of its flap has all that in them, and eta is 1, as it is under the
+local closure, the dissertation's own.
 """
 
 import math

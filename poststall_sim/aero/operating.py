@@ -95,7 +95,9 @@ def boundary_condition(model: Model, onset: Onset, deflections: FloatArray,
     _strips(airspeed, lattice.strip_chord, lattice.zero_lift, angles @ lattice.shift, strips)
     strips[12], strips[14] = lattice.stall_high, lattice.stall_low
     strips[13], strips[15] = lattice.separated_high, lattice.separated_low
-    if not model.settings.decambering:     # attached at any angle
+    # Attached at any angle; or the local closure, whose search on narrow strips does not find its
+    # way where a curve that fades is read at one angle twice.
+    if not model.settings.decambering or model.settings.closure is Closure.LOCAL:
         strips[13], strips[15] = math.inf, -math.inf
     if model.settings.angle_form is AngleForm.LINEAR:
         # w = V (alpha + theta), V that of a stream along x at zero incidence.
