@@ -358,7 +358,7 @@ def test_the_fragment_of_sdf_has_what_the_plugin_reads(tables):
 
 def test_angles_without_a_lift_curve_are_refused():
     _, tables = plugin_tables(np.array([10.0, 12.0]), np.array([0.0]), 15.0)
-    with pytest.raises(ConfigError, match='at least four angles'):
+    with pytest.raises(ConfigError, match='at least 4 angles'):
         lift_drag_fit.fit(tables)
     _, tables = plugin_tables(np.arange(61.0, 70.0), np.array([0.0]), 15.0)
     with pytest.raises(ConfigError, match='angles of attack about 0'):
