@@ -120,6 +120,9 @@ def _from_blades(read: Reader, diameter: float, airfoils: Sequence[Airfoil]) -> 
         each.name: each for each in sorted(airfoils, key=lambda each: -(each.reynolds or 0.0))
         if each.deflection == 0.0})
     tip = 0.5 * diameter
+    if read.has('pitch_m') == read.has('stations'):
+        raise read.where.error('expected either pitch_m with chord_m or stations, got '
+                               + ('both' if read.has('stations') else 'neither'))
     if read.has('pitch_m'):
         hub = read.number('hub_radius_m', above=0, default=0.15 * tip)
         if hub >= tip:
