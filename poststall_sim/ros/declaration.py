@@ -205,12 +205,11 @@ def _record_value(field: dataclasses.Field, value: Any) -> Any:
 def _descriptor(field: dataclasses.Field) -> ParameterDescriptor:
     entry = field.metadata
     descriptor = ParameterDescriptor(
-        description=entry['description'], read_only=not entry['writable'])
+        description=entry['description'], read_only=not entry['writable'],
+        additional_constraints=entry['constraints'])
     if entry['choices']:
         descriptor.additional_constraints = 'one of: ' + ', '.join(entry['choices'])
-    if isinstance(field.default, tuple) and entry['low'] is None:
-        descriptor.additional_constraints = 'a list of texts'
-    elif isinstance(field.default, tuple):
+    if isinstance(field.default, tuple) and entry['low'] is not None:
         count = 'any number of' if entry['any_length'] else len(field.default)
         descriptor.additional_constraints = (
             f'{count} values from {entry["low"]:g} to {entry["high"]:g}')
