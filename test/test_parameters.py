@@ -179,6 +179,17 @@ def test_every_writable_parameter_is_changed_in_flight_or_refused_with_a_reason(
     assert node.flight.paused_reason is None
 
 
+@pytest.mark.parametrize('empty', [
+    Parameter('failures', value=[]), Parameter('failures', Parameter.Type.STRING_ARRAY, [])])
+def test_an_empty_list_of_failures_is_none(node_with, empty):
+    """ROS takes it for a list of another type; it is what a user would write."""
+    node = node_with(failures=['rudder:float'])
+    result, = node.set_parameters([empty])
+    assert result.successful, result.reason
+    assert not node.flight.failures and list(node.get_parameter('failures').value) == ['']
+    assert not node_with(failures=[]).flight.failures
+
+
 def test_turbulence_that_there_cannot_be_is_refused_and_the_node_goes_on(node_with):
     """Near the ground its horizontal part is twice the vertical: of 80 m/s, beyond all fields."""
     node = node_with(**{'initial.altitude': 5.0, 'initial.airspeed': 14.0})

@@ -172,9 +172,17 @@ def _overrides(node: Node) -> dict[str, Any]:
 
 
 def _number(field: dataclasses.Field, value: Any) -> Any:
-    """Return whole numbers as real ones where those are wanted, anything else as it is."""
+    """
+    Return whole numbers as real ones where those are wanted, anything else as it is.
+
+    An empty list, of which ROS does not know the type, is the default where any length will do;
+    at the start it comes as None.
+    """
     if isinstance(field.default, float) and type(value) is int:
         return float(value)
+    if field.metadata['any_length'] and (
+            value is None or isinstance(value, (list, array.array)) and not len(value)):
+        return list(field.default)
     if isinstance(field.default, tuple) and isinstance(value, Sequence) and all(
             type(item) in (int, float) for item in value):
         return [float(item) for item in value]
