@@ -95,7 +95,7 @@ def test_where_the_search_starts_is_refused_where_it_changes_nothing():
             COARSE, decambering_angle_form='linear', separation='lag'))
 
 
-# -------------------------------------------------------------------------------------- frames
+# ------------------------------------------------------------------------------ frames and files
 
 
 @pytest.mark.parametrize(('given', 'message'), [
@@ -105,8 +105,9 @@ def test_where_the_search_starts_is_refused_where_it_changes_nothing():
     ({'frames_map': 'base_link_frd'}, 'must be two frames, and two more'),
     ({'frames_map': '/map'}, 'no slash at its beginning'),
     ({'frames_prefix': 'left '}, 'no space'),
+    ({'flight_file': 'flight.txt'}, 'set it to the path of a .npz file'),
 ])
-def test_frames_that_are_one_or_no_names_are_refused(given, message):
+def test_frames_and_files_that_are_none_are_refused_at_the_start(given, message):
     with pytest.raises(ConfigError, match=message):
         flight_setup.flight_from_settings(replace(COARSE, **given), AirSettings(), [].append)
 

@@ -72,6 +72,8 @@ def flight_from_settings(settings: SimulatorSettings, air: AirSettings,
                          progress) -> simulation.Flight:
     """Read the aircraft, build its model and trim it; ``progress`` hears what is being done."""
     require_frames(settings)
+    if settings.flight_file:
+        flight_path(settings)
     path = definition.find(definition.Kind.AIRCRAFT, settings.aircraft)
     progress(f'aircraft {path}')
     aircraft = surfaces.with_controls(definition.aircraft(path), settings)
