@@ -150,6 +150,7 @@ class Lattice:
         """
         free = self.floating @ (alpha - angles @ self.pivot)
         return np.minimum(np.maximum(free, self.travel[:, 0]), self.travel[:, 1])
+
     def at(self, airspeed: float, viscosity: float, angles: FloatArray) -> 'Lattice':
         """
         Return it with the section curves that it flies; itself where sections have one table.

@@ -46,7 +46,9 @@ class Settings:
     under GOMAN_KHRABROV, of the size identified for airfoils there; wake : its shape, free_rows
     that move in a free one, every so many steps, free_every; ground : flat, at altitude 0, felt
     by its mirror image in unsteady flow; axial_wake : straight wakes go along x, as AVL's do, not
-    with the flow, in steady flow.
+    with the flow, in steady flow; bound_forces : forces are those of the vortices along the span
+    alone, with the flow at their middles as it is, as AVL's: what chordwise edges carry and what
+    the middles miss (see `corners`) is left out.
     """
 
     chordwise: int = 4
@@ -74,6 +76,7 @@ class Settings:
     free_every: int = 2
     ground: bool = False
     axial_wake: bool = False
+    bound_forces: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what cannot be computed."""
@@ -231,6 +234,8 @@ def build(aircraft: Aircraft, settings: Settings = DEFAULTS,
           atmosphere: Atmosphere = STANDARD) -> Model:
     """Return the model of an aircraft: lattice, influence, averaging and added mass."""
     lattice = lattices.build(aircraft, settings.chordwise)
+    if settings.bound_forces:
+        lattice = _bound_vortices_alone(lattice)
     if isinstance(settings.ell, tuple) and len(settings.ell) != len(lattice.grids):
         raise ConfigError(f'ell must be one number or one for each of the {len(lattice.grids)} '
                           f'surfaces, got {settings.ell!r}')
@@ -240,7 +245,8 @@ def build(aircraft: Aircraft, settings: Settings = DEFAULTS,
     bound = np.einsum('ijk,ik->ij', at_points, lattice.normal)
     edge_owner = lattice.strip_surface[lattice.edge_strip[:, 0]]
     at_edges = influence(lattice, lattice.edge_middle, edge_owner, lattice.ring_corners, owner)
-    add_corners(lattice, at_edges)
+    if not settings.bound_forces:
+        add_corners(lattice, at_edges)
     edge_influence = np.ascontiguousarray(
         at_edges.transpose(0, 2, 1).reshape(-1, lattice.panels))
     inverse = np.linalg.inv(bound)
@@ -279,6 +285,16 @@ def build(aircraft: Aircraft, settings: Settings = DEFAULTS,
     return Model(aircraft=aircraft, lattice=lattice, settings=settings,
                  felt=felt(lattice, settings.precision, settings.interpolate),
                  trajectory=trajectory, atmosphere=atmosphere, **arrays)
+
+
+def _bound_vortices_alone(lattice: Lattice) -> Lattice:
+    """Return a lattice whose chordwise edges have no length, so that no force comes of them."""
+    vector = lattice.edge_vector.copy()
+    for grid in lattice.grids:
+        across = (grid.rows + 1) * (grid.strips.stop - grid.strips.start)
+        vector[grid.edges.start + across:grid.edges.stop] = 0.0
+    vector.setflags(write=False)
+    return replace(lattice, edge_vector=vector)
 
 
 def steady_response(bound: FloatArray, far: FloatArray, te_rows: FloatArray) -> FloatArray:
