@@ -209,7 +209,7 @@ def test_local_closure_and_its_options_reach_the_solver(tmp_path):
     assert (found['closure'], found['scheme']) == ('local', 'robust')
     assert found['settings'] == {
         'panels': 6, 'closure': 'local', 'strips': {'wing': 20, 'tail': 8, 'fin': 5},
-        'ell_chords': 1.0, 'decambering': True, 'axial_wake': False, 'bound_forces': False,
+        'ell_chords': 1.0, 'decambering': True, 'axial_wake': False, 'as_avl': False,
         'angle_form': 'exact', 'damping': 1.0,
         'symmetric': False, 'tolerance': models.Settings().tolerance,
         'limit': models.Settings().limit}

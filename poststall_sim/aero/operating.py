@@ -292,7 +292,7 @@ class SteadyProblem:
 
 def steady_wake(model: Model, onset: Onset) -> FloatArray:
     """Return the direction (3,) of the straight wakes of the steady problem."""
-    return np.array([1.0, 0.0, 0.0]) if model.settings.axial_wake \
+    return np.array([1.0, 0.0, 0.0]) if model.settings.axial_wake or model.settings.as_avl \
         else wake_direction(onset.velocity_G)
 
 

@@ -45,8 +45,8 @@ def add_options(command: argparse.ArgumentParser, *,
 def add_as_avl(group) -> None:
     """Add the option of commands on steady flow that asks for what AVL computes."""
     group.add_argument('--as-avl', action='store_true',
-                       help='as AVL has it: attached flow at any angle, wakes along x, forces of '
-                       'the vortices along the span alone')
+                       help='as AVL has it: attached flow at any angle, wakes along x, no cores '
+                       'between surfaces, forces of the vortices along the span alone')
 
 
 def aircraft(arguments: argparse.Namespace):
@@ -132,8 +132,8 @@ def _settings(arguments: argparse.Namespace, ell: float | tuple[float, ...]):
         closure=closure, ell=ell, decambering=decambering,
         angle_form=AngleForm(asked.get('angle_form', 'exact')),
         start=Start(start) if start in ('zero', 'schemeA1') else Start.GIVEN,
-        symmetric=asked.get('symmetric', False), bound_forces=as_avl,
-        axial_wake=asked.get('axial_wake', False) or as_avl,
+        symmetric=asked.get('symmetric', False), as_avl=as_avl,
+        axial_wake=asked.get('axial_wake', False),
         unsteady='angle_form' not in asked and not as_avl,
         **{key: value for key, value in given.items() if value is not None})
 
@@ -157,6 +157,6 @@ def head(arguments: argparse.Namespace, model) -> dict[str, Any]:
                        for grid in model.lattice.grids},
             'ell_chords': settings.ell, 'decambering': settings.decambering,
             'angle_form': settings.angle_form.value, 'axial_wake': settings.axial_wake,
-            'bound_forces': settings.bound_forces, 'damping': settings.damping,
+            'as_avl': settings.as_avl, 'damping': settings.damping,
             'symmetric': settings.symmetric, 'tolerance': settings.tolerance,
             'limit': settings.limit}}
