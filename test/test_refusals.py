@@ -168,7 +168,7 @@ def test_a_control_that_avl_has_no_words_for(trainer):
 
 @pytest.mark.parametrize('settings, message', [
     ({'wake_length': 0.0}, 'wake_length must be above 0 m, got 0.0'),
-    ({'angle_form': AngleForm.LINEAR}, 'the linear angle form and the axial wake are for steady'),
+    ({'angle_form': AngleForm.LINEAR}, 'the linear angle form, the axial wake and'),
     ({'tolerance': 0.0}, 'tolerance must be above 0 and at most 0.1, got 0.0'),
     ({'limit': 0}, 'limit must be at least 1 iteration, got 0'),
 ])
