@@ -36,6 +36,9 @@ the static margin is so small that it changes the lift of trimmed flight by as m
 GYRATION = (0.25, 0.38, 0.39)
 """Radii over half the span, half the length and half their mean: Raymer, table 16.1."""
 GYRATION_FACTOR = 2.0
+POSITIVE = {'elevator': (1, -1.0, 'lifts the nose'), 'aileron': (0, 1.0, 'rolls to the left'),
+            'rudder': (2, -1.0, 'yaws to the right')}
+"""Which of Cl, Cm, Cn a control changes, with which sign, and what it does with the other one."""
 IN_WAKE = 0.1
 """Chords between a tail and the plane of the wing, below which the wake lies on it."""
 
@@ -143,6 +146,12 @@ def survey(model: Model) -> Survey:
         aircraft.reference.chord, float(lift), float(rolling), authority)
 
 
+def backwards(figures: Survey) -> tuple[str, ...]:
+    """Return the controls whose positive deflection does what sticks take for a negative one."""
+    return tuple(name for name, (axis, sign, _) in POSITIVE.items()
+                 if name in figures.authority and sign * figures.authority[name][axis] < 0.0)
+
+
 def _planforms(aircraft: Aircraft) -> tuple[Planform, ...]:
     """Return the planforms, the largest first, with the volumes of the others about the CG."""
     found = sorted((planform(surface) for surface in aircraft.surfaces), key=lambda p: -p.area)
@@ -220,35 +229,36 @@ def _tails(figures: Survey) -> Iterator[Finding]:
                           f'{wing.name} lies on it, and what it feels depends on the strips')
 
 
+def _steep(aircraft: Aircraft) -> str:
+    """Return the surface of two halves that the elevator moves as if they were fins, or none."""
+    pairs = {surface.name for surface in aircraft.surfaces
+             if surface.symmetric and planform(surface).upright}
+    return next((each.surface for control in aircraft.controls if control.name == 'elevator'
+                 for each in control.effectors if each.surface in pairs), '')
+
+
 def _controls(aircraft: Aircraft, figures: Survey) -> Iterator[Finding]:
-    authority = figures.authority
+    authority, steep = figures.authority, _steep(aircraft)
     if 'elevator' not in authority:
         yield Finding('elevator', f'there is none among {", ".join(authority) or "no controls"}',
                       'name the control that pitches elevator: trim moves that one')
     else:
         pitch = authority['elevator'][1]
-        steep = [surface.name for surface in aircraft.surfaces
-                 if surface.symmetric and planform(surface).upright]
-        on_steep = [each.surface for control in aircraft.controls if control.name == 'elevator'
-                    for each in control.effectors if each.surface in steep]
         enough = min(PITCH_CHANGE, LIFT_CHANGE * max(figures.static_margin, STATIC_MARGIN[0]))
-        if on_steep and -enough < pitch:
+        if steep and pitch > -enough:
             yield Finding(
-                'elevator', f'changes Cm by {pitch:+.2f} only: {on_steep[0]} is steeper than 45 '
-                'deg, where a positive angle is trailing edge left on both halves',
+                'elevator', f'changes Cm by {pitch:+.2f} only: {steep} is steeper than 45 deg, '
+                'where a positive angle is trailing edge left on both halves',
                 'give the elevator gain -1 on the right half and 1 on the left, the rudder 1 on '
                 'both')
-        elif pitch > 0.0:
-            yield Finding('elevator', 'a positive deflection lifts the nose',
-                          'change the sign of its gains: positive is trailing edge down')
         elif abs(pitch) < enough:
             yield Finding('elevator', f'changes Cm by {abs(pitch):.2f} only',
                           'give it more chord, span or deflection to reach the stall')
-    for name, axis, sign, what in (('aileron', 0, 1.0, 'rolls to the left'),
-                                   ('rudder', 2, -1.0, 'yaws to the right')):
-        if name in authority and sign * authority[name][axis] < 0.0:
-            yield Finding(name, f'a positive deflection {what}',
-                          'change the sign of its gains, or sticks and autopilots work backwards')
+    for name in backwards(figures):
+        if name == 'elevator' and steep:
+            continue   # not all of it: its halves go against each other
+        yield Finding(name, f'a positive deflection {POSITIVE[name][2]}',
+                      'change the sign of its gains, or sticks and autopilots work backwards')
     if 'aileron' in authority:
         rate = abs(authority['aileron'][0] / figures.roll_damping)
         if rate < ROLL_RATE:

@@ -143,7 +143,7 @@ MISTAKES = {
                         r'battery: unknown key capacity_mAh .*did you mean capacity_Ah'),
     'sideways': (ELECTRIC, ('rotation',), 'left', r'rotation: must be one of clockwise, counter'),
     'a name of two words': (ELECTRIC, ('name',), 'the nose', r'name: must be a name of letters'),
-    'pitch and stations': (PITCHED, ('blades', 'stations'), [], r'blades: expected either pitch_m'),
+    'pitch and stations': (PITCHED, ('blades', 'stations'), [], r'blades: expected either pitch'),
     'hub beyond the tip': (PITCHED, ('blades', 'hub_radius_m'), 0.3,
                            r'blades.hub_radius_m: must be below the radius of 0.2 m'),
     'no such airfoil': (PITCHED, ('blades', 'airfoil'), 'clark_y',
