@@ -38,7 +38,7 @@ PULL_NS = 20_000_000_000
 STALLED = 10
 """Strips of 33 that make a stall."""
 MOST_MB, MOST_SLOWER = 10.0, 1.10
-"""Slower by a tenth is what medians of quarters of an hour still differ by on a busy machine."""
+"""A tenth is left to noise: what a busy machine does to one process and not to the other."""
 FRESH_STEPS, EVERY_NS = 50, 6_000_000_000
 """Steps of the yardstick, and how often in a minute: what neighbours do changes in a minute."""
 
