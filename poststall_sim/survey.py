@@ -229,34 +229,29 @@ def _tails(figures: Survey) -> Iterator[Finding]:
                           f'{wing.name} lies on it, and what it feels depends on the strips')
 
 
-def _steep(aircraft: Aircraft) -> str:
-    """Return the surface of two halves that the elevator moves as if they were fins, or none."""
-    pairs = {surface.name for surface in aircraft.surfaces
-             if surface.symmetric and planform(surface).upright}
-    return next((each.surface for control in aircraft.controls if control.name == 'elevator'
-                 for each in control.effectors if each.surface in pairs), '')
-
-
 def _controls(aircraft: Aircraft, figures: Survey) -> Iterator[Finding]:
-    authority, steep = figures.authority, _steep(aircraft)
+    authority, backward = figures.authority, set(backwards(figures))
     if 'elevator' not in authority:
         yield Finding('elevator', f'there is none among {", ".join(authority) or "no controls"}',
                       'name the control that pitches elevator: trim moves that one')
     else:
         pitch = authority['elevator'][1]
+        steep = [surface.name for surface in aircraft.surfaces
+                 if surface.symmetric and planform(surface).upright]
+        on_steep = [each.surface for control in aircraft.controls if control.name == 'elevator'
+                    for each in control.effectors if each.surface in steep]
         enough = min(PITCH_CHANGE, LIFT_CHANGE * max(figures.static_margin, STATIC_MARGIN[0]))
-        if steep and pitch > -enough:
+        if on_steep and -enough < pitch:
+            backward.discard('elevator')
             yield Finding(
-                'elevator', f'changes Cm by {pitch:+.2f} only: {steep} is steeper than 45 deg, '
-                'where a positive angle is trailing edge left on both halves',
+                'elevator', f'changes Cm by {pitch:+.2f} only: {on_steep[0]} is steeper than 45 '
+                'deg, where a positive angle is trailing edge left on both halves',
                 'give the elevator gain -1 on the right half and 1 on the left, the rudder 1 on '
                 'both')
         elif abs(pitch) < enough:
             yield Finding('elevator', f'changes Cm by {abs(pitch):.2f} only',
                           'give it more chord, span or deflection to reach the stall')
-    for name in backwards(figures):
-        if name == 'elevator' and steep:
-            continue   # not all of it: its halves go against each other
+    for name in sorted(backward):
         yield Finding(name, f'a positive deflection {POSITIVE[name][2]}',
                       'change the sign of its gains, or sticks and autopilots work backwards')
     if 'aileron' in authority:
