@@ -358,9 +358,10 @@ def test_the_buttons_pause_and_trim_and_reset(flight, pages):
 
 
 @marked
-def test_it_waits_for_a_simulator_misses_it_and_ends_at_a_signal(start, probe, pages):
+def test_it_waits_for_a_simulator_misses_it_and_ends_at_a_signal(start, probe, pages, tmp_path):
     from nav_msgs.msg import Odometry
-    process = start(SCRIPT, '--port', '0', '--namespace', 'left')
+    said = tmp_path / 'said.json'
+    process = start(SCRIPT, '--port', '0', '--namespace', 'left', '--json', str(said))
     url = address(process)
     port = urlsplit(url).port
     second = start(SCRIPT, '--port', str(port))
@@ -378,6 +379,8 @@ def test_it_waits_for_a_simulator_misses_it_and_ends_at_a_signal(start, probe, p
     assert second.ended() == 2
     assert second.says() == (f'poststall: port {port} is in use: choose another with --port, '
                              'or 0 for any that is free\n')
+    assert json.loads(said.read_text()) == {
+        'url': url, 'namespace': '/left', 'control': False}
     process.send(signal.SIGINT)
     assert process.ended() == 0
     assert 'Traceback' not in process.says()

@@ -86,7 +86,10 @@ class WatchNode(Node):
             messages.qos_profile(topic.qos)).topic_name
 
     def _look(self) -> None:
-        self.scene.look(time.monotonic(), self.count_publishers(self._odom), self._odom)
+        publishers = self.count_publishers(self._odom)
+        if not publishers:
+            self._known = None   # the next one may have other strips
+        self.scene.look(time.monotonic(), publishers, self._odom)
 
     def _on_odom(self, message: Odometry) -> None:
         self._time_ns = messages.nanoseconds(message.header.stamp)

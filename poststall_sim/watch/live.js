@@ -19,14 +19,13 @@
   const parts = {};   // the latest of each kind
   const known = (value) => value !== null && value !== undefined;
 
-  // Draws at most so often, and for a third of the time at most: a phone has to keep up.
+  // Draws at most so often.
   function figure(period, draw) {
     let due = 0;
     return (now) => {
       if (now < due) return;
+      due = now + period;
       draw();
-      const ended = performance.now();
-      due = ended + Math.max(period, 2 * (ended - now));
     };
   }
 
@@ -286,13 +285,16 @@
 
   const figures = [figure(60, drawGauges), figure(60, drawControls), 
     figure(40, () => aircraft.draw(parts)), figure(90, drawLift), figure(250, drawHistories)];
-  let waiting = false;
+  // For two thirds of the time at most: a slow phone has to keep up, and to hear its fingers.
+  let waiting = false, rested = 0;
   function drawSoon() {
-    if (waiting) return;
+    if (waiting || performance.now() < rested) return;
     waiting = true;
     requestAnimationFrame(() => {
+      const begun = performance.now();
       waiting = false;
-      for (const draw of figures) draw(performance.now());
+      for (const draw of figures) draw(begun);
+      rested = 1.5 * performance.now() - 0.5 * begun;
     });
   }
   setInterval(drawSoon, 250);   // what was put off, and what came last before time stood still

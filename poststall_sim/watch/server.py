@@ -139,7 +139,8 @@ class Server:
             raise web.HTTPForbidden(text='not the key of this server')
         if len(self._pages) >= MOST_PAGES:
             raise web.HTTPServiceUnavailable(text=f'{MOST_PAGES} pages are open already')
-        page = web.WebSocketResponse(heartbeat=10.0, max_msg_size=orders.LONGEST)
+        page = web.WebSocketResponse(
+            heartbeat=10.0, max_msg_size=orders.LONGEST, compress=False)
         await page.prepare(request)
         self._pages.add(page)
         showing = asyncio.create_task(self._show(page, may_fly=key is not None))
