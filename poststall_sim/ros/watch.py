@@ -14,6 +14,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 from rcl_interfaces.srv import GetParameters
 from rclpy.clock import Clock, ClockType
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidNamespaceException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
@@ -81,9 +82,10 @@ class WatchNode(Node):
 
     def _listen(self, name: str, heard: Callable[[Any], None]) -> str:
         topic = _TOPICS[name]
+        # rclpy goes through all event handlers at each wake, some hundred times a second here.
         return self.create_subscription(
-            messages.message_class(topic.type), name, heard,
-            messages.qos_profile(topic.qos)).topic_name
+            messages.message_class(topic.type), name, heard, messages.qos_profile(topic.qos),
+            event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False)).topic_name
 
     def _look(self) -> None:
         publishers = self.count_publishers(self._odom)
