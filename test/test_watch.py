@@ -161,7 +161,8 @@ def marked(test):
 def flight(tmp_path_factory):
     """Fly a simulator, with a page that may fly it and one that may not; and a probe."""
     for start in starter(tmp_path_factory.mktemp('flight')):
-        start('simulator', ros=['-p', 'initial.altitude:=2000.0'])
+        start('simulator', ros=['-p', 'initial.altitude:=2000.0',
+                                '-p', 'rates.diagnostics:=10.0'])
         both = [start(SCRIPT, '--port', '0', *more) for more in (['--control'], [])]
         probe = Probe(start.domain)
         yield *(address(each) for each in both), probe

@@ -5,13 +5,14 @@
 'use strict';
 const poststallAircraft = (colours, {clean, config, count, key}) => {
   const element = (id) => document.getElementById(id);
-  const IDLE = '#A9CBE6', BODY = '#8A9099', MOVED = '#E3B23C';
+  const IDLE = '#A9CBE6', DOWNWARDS = '#731AA6', BODY = '#8A9099', MOVED = '#E3B23C';
   const channels = (colour) => [1, 3, 5].map((i) => parseInt(colour.slice(i, i + 2), 16));
-  const [idle, loaded] = [IDLE, colours.attached].map(channels);
+  const [idle, loaded, downwards] = [IDLE, colours.attached, DOWNWARDS].map(channels);
   function stripColour(cl, most, stalled) {
     if (stalled) return colours.stalled;
-    const share = most > 0 ? Math.min(Math.max(cl / most, 0), 1) : 0.5;
-    return 'rgb(' + idle.map((c, i) => Math.round(c + share * (loaded[i] - c))).join(',') + ')';
+    const share = most > 0 ? Math.min(Math.abs(cl) / most, 1) : 0.5;
+    const full = cl < 0 ? downwards : loaded;
+    return 'rgb(' + idle.map((c, i) => Math.round(c + share * (full[i] - c))).join(',') + ')';
   }
 
   let size = 0, trail = [];
@@ -43,11 +44,17 @@ const poststallAircraft = (colours, {clean, config, count, key}) => {
         eye: {x: 0.35, y: -1.05, z: 0.42}}}}), config);
     element('view-hint').innerHTML =
       key(colours.attached, '\u25a0 lift, deeper towards its greatest') + ' ' +
+      key(DOWNWARDS, '\u25a0 downwards') + ' ' +
       key(colours.stalled, '\u25a0 past its stall') + ' ' + key('#8C6D1F', '\u25a0 controls') +
       '. Ring: the horizon, long tick north. Black: where it flies to.';
   }
   function draw({state, shape, moving, setup}) {
-    if (!state || !state.cl || !state.stalled || !shape || !moving) return;
+    if (!state || !state.cl || !state.stalled) return;
+    if (!shape || !moving) {
+      element('view-hint').textContent = 'Waiting for the markers, of which the aircraft is ' +
+        'drawn: they come at rates.views, while publish_markers is true.';
+      return;
+    }
     if (!size) begin(shape);
     const [s, c] = element('behind').checked ?
       [Math.sin(state.heading), Math.cos(state.heading)] : [0, 1];
