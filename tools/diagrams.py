@@ -103,7 +103,7 @@ def figure_5_1(file: Path) -> None:
             3.9),
         Box(2.3, 2.45, 'coupled with the small motions of the body', 3.9, 0.5),
         Box(2.3, 1.6, 'eigenvalues nearest to 1 (Arnoldi),\n$\\lambda = \\ln z / \\Delta t$', 3.9),
-        Box(2.3, 0.65, 'modes: named, ranked by the body\'s share,\nfollowed over alpha', 3.9,
+        Box(2.3, 0.65, "modes: named, ranked by the body's share,\nfollowed over alpha", 3.9,
             kind='data')]
     right = [
         Box(7.0, 4.35, 'decambering', 2.2, 0.45, 'choice'),

@@ -82,7 +82,7 @@ class Picture:
                  np.radians(alpha), values)
         axes.plot(alpha, values[:, 0], color=style.INK, linewidth=1.2)
         axes.set(xlim=(-4.0, 32.0), ylim=(0.0, 1.65), xlabel='section angle of attack [deg]')
-        axes.set_title('$C_l$ of each strip of the wing on its section\'s curve')
+        axes.set_title("$C_l$ of each strip of the wing on its section's curve")
         self.points = axes.scatter([], [], s=22.0, zorder=4, edgecolor='white', linewidth=0.4)
 
     def _histories(self) -> None:

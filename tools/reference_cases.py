@@ -98,6 +98,7 @@ class Case:
 
 
 def bertin_and_smith() -> Iterable[Row]:
+    """Yield the hand-worked swept wing of Aerodynamics for Engineers."""
     wing = wings.panel_wing(
         wings.potential(), [(0, 0, 0), (2.5, 2.5, 0)], [1, 1], 8, symmetric=True)
     machine = wings.aircraft([wing], wings.potential(), area=5.0, chord=1.0, span=5.0)
@@ -106,6 +107,7 @@ def bertin_and_smith() -> Iterable[Row]:
 
 
 def warren() -> Iterable[Row]:
+    """Yield the Warren-12 planform, about its apex."""
     half = math.sqrt(2.0)
     wing = wings.panel_wing(wings.potential(), [(0, 0, 0), (0.5 + half, half, 0)], [1.5, 0.5], 40,
                             symmetric=True)
@@ -127,12 +129,14 @@ def rectangular(ratio: float) -> tuple[float, float]:
 
 
 def rectangles() -> Iterable[Row]:
+    """Yield rectangular plates."""
     for ratio, published in RATIOS.items():
         for name, ours, reference in zip(('CL_alpha', 'Cl_p'), rectangular(ratio), published):
             yield Row(f'{name}, AR {ratio:g}', ours, reference, '0.0006', unit='per rad')
 
 
 def elliptic() -> Iterable[Row]:
+    """Yield the efficiency of an elliptic wing, from 40 and 80 strips."""
     coarse, fine = (test_steady.span_efficiency(machine, build(machine))[0]
                     for machine in map(test_steady.elliptic, (40, 80)))
     yield Row('span efficiency e of an elliptic wing, extrapolated', 2.0 * fine - coarse, 1.0,
@@ -159,12 +163,14 @@ def asked_of_avl(key: str, controls: tuple[str, ...]) -> str:
 
 
 def wagner() -> Iterable[Row]:
+    """Yield the lift after a sudden start."""
     s = np.array([0.5, 1.0, 2.0, 4.0, 6.0, 10.0])
     for at, ours, closed in zip(s, theory.wagner_march(32, s), exact.wagner(s)):
         yield Row(f'share of the lift, s = {at:g}', ours, float(closed), '0.5 %')
 
 
 def kuessner() -> Iterable[Row]:
+    """Yield the lift on entering a gust."""
     s = np.array([0.5, 1.0, 2.0, 4.0, 6.0, 10.0])
     for at, ours, closed in zip(s, theory.entering(32, s), exact.kuessner(s)):
         yield Row(f'share of the lift, s = {at:g}', ours, float(closed), '2 %')
@@ -177,6 +183,7 @@ def oscillating(rows: int, k: float, kind: str) -> complex:
 
 
 def theodorsen() -> Iterable[Row]:
+    """Yield the lift of an oscillating plate, eight panels."""
     for kind in ('plunge', 'pitch'):
         for k in (0.1, 0.3, 0.5):
             ours, closed = oscillating(8, k, kind), theory.theodorsen(k, kind)
@@ -186,6 +193,7 @@ def theodorsen() -> Iterable[Row]:
 
 
 def decambering() -> Iterable[Row]:
+    """Yield the dissertation's one number of decambering."""
     polar = polars.section_polar(wings.shipped('naca4415_re3e6'))
     alpha = math.radians(20.0)
     yield Row('decambering of the NACA 4415 at 20° [°]', math.degrees(section_decambering(
@@ -207,6 +215,7 @@ def infinite(closure: Closure) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def sections() -> Iterable[Row]:
+    """Yield where an infinite wing is furthest from its section."""
     for closure in Closure:
         angles, ours, closed = infinite(closure)
         for k, name in enumerate(('cl', 'cd', 'cm')):
@@ -216,6 +225,7 @@ def sections() -> Iterable[Row]:
 
 
 def rolling() -> Iterable[Row]:
+    """Yield the poles of a flat wing that is free to roll."""
     flat = wings.rectangular(6, 8)
     model = build(test_free_to_roll.heavy(flat, 1000.0),
                   Settings(chordwise=4, wake_length=20.0, decambering=False))
@@ -241,12 +251,14 @@ def brick() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def tumbling() -> Iterable[Row]:
+    """Yield where the brick is furthest from the closed form."""
     _, flown, closed = brick()
     worst = np.unravel_index(np.argmax(np.abs(flown - closed)), flown.shape)
     yield Row('rates of a brick in 30 s', flown[worst], closed[worst], '1e-6 °/s', unit='°/s')
 
 
 def falling() -> Iterable[Row]:
+    """Yield how far a falling sphere is from the closed form."""
     ball = build(test_energy.sphere(), Settings(chordwise=1))
     yield Row('speed of a falling sphere', test_energy.off(ball, 3_000_000, 0.0), 0.0,
               '1.5e-4 m/s', unit='m/s')
@@ -268,6 +280,7 @@ def energies() -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
 
 
 def balanced() -> Iterable[Row]:
+    """Yield the energy that the work in a stall leaves over."""
     _, gained, work, gone = energies()
     yield Row('energy left over in a stall, of all the work', float(
         np.abs(gained - work).max() / gone), 0.0, '1e-3', unit='-')
@@ -281,9 +294,10 @@ def navion_numbers() -> tuple[dict[str, float], dict[str, complex]]:
 
 
 def published_modes() -> Iterable[Row]:
+    """Yield how quick the modes of the Navion are."""
     _, found = navion_numbers()
-    for name, asked in (('short period', '5 %'), ('phugoid', '15 %'), ('roll', '+10..21 %'),
-                        ('Dutch roll', '-20..0 %')):
+    for name, asked in (('short period', '5 %'), ('phugoid', '15 %'), ('roll', '9 to 21 % more'),
+                        ('Dutch roll', '0 to 20 % less')):
         yield Row(f'size of the {name} [1/s]', abs(found[name]), abs(navion.MODES[name]), asked)
 
 
@@ -296,6 +310,7 @@ def spectra(spectrum: Spectrum) -> tuple[np.ndarray, np.ndarray]:
 
 
 def gusty() -> Iterable[Row]:
+    """Yield the spectra of turbulence over their formulas."""
     for spectrum in Spectrum:
         k, found = spectra(spectrum)
         inside = (k > 0.01) & (k < 0.08)

@@ -156,9 +156,10 @@ def figure_navion(file: Path) -> None:
         for name, value in navion.MODES.items():
             right.annotate(name, (complex(value).real, complex(value).imag), xytext=(
                 -4.0, -14.0 if name == 'spiral' else 8.0), textcoords='offset points',
-                           fontsize=8.0, ha='center' if name == 'roll' else 'right')
+                           fontsize=8.0, ha={
+                               'roll': 'center', 'Dutch roll': 'left'}.get(name, 'right'))
         right.set(xlabel='real part [1/s]', ylabel='imaginary part [1/s]', ylim=(-0.4, 3.4),
-                  xlim=(-11.0, 1.0))
+                  xlim=(-11.0, 2.5))
         right.set_title('Modes')
         left.legend(loc='upper left')
         right.legend(loc='upper left')
