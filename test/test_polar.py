@@ -5,6 +5,8 @@
 import json
 import math
 import re
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -273,6 +275,18 @@ def test_the_figures_of_the_docs_are_there_and_small():
     assert set(files) == {each for page in named.values() for each in page}
     assert max(files.values()) < 150_000 and sum(files.values()) < 3_000_000
     assert len(re.findall(r'^\| [ABCD] \| ', pages['figures'], re.MULTILINE)) == 8
+
+
+def test_the_tool_of_the_docs_draws(tmp_path):
+    """One figure, with the modules of all of them imported: a page must not outlive its tool."""
+    for name in ('matplotlib', 'rosbags', 'tqdm'):
+        pytest.importorskip(name, reason=f'figures need {name}')
+    tool = DOCS.parent / 'tools' / 'figures.py'
+    (tmp_path / 'docs').mkdir()
+    done = subprocess.run([sys.executable, str(tool), '2_2', '--docs', str(tmp_path / 'docs')],
+                          capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert 5_000 < (tmp_path / 'docs' / 'figures' / 'figure_2_2.png').stat().st_size < 150_000
 
 
 def test_panels_are_drawn_with_what_is_in_them(tmp_path):
