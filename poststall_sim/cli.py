@@ -63,7 +63,12 @@ def main(argv: list[str] | None = None) -> int:
 
 def parse(argv: list[str]) -> argparse.Namespace:
     """Return the options; ``command`` is the name of what to do and ``run`` does it."""
-    return _parser().parse_args(_joined(argv))
+    return _parser()[0].parse_args(_joined(argv))
+
+
+def parsers() -> dict[str, argparse.ArgumentParser]:
+    """Return the parser of each command by its name, for who lists the options."""
+    return _parser()[1]
 
 
 def _joined(argv: list[str]) -> list[str]:
@@ -85,7 +90,8 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f'{self.prog}: {message} (see {self.prog} --help)\n')
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser() -> tuple[argparse.ArgumentParser, dict[str, argparse.ArgumentParser]]:
+    """Return the parser of the command line, and those of its commands by their names."""
     parser = _Parser(
         prog='poststall',
         description='Flight past the stall: polars, trims, modes, flights, figures.',
@@ -114,7 +120,7 @@ def _parser() -> argparse.ArgumentParser:
 
     for module in COMMANDS:
         module.add(command).set_defaults(run=module.run)
-    return parser
+    return parser, dict(commands.choices)
 
 
 if __name__ == '__main__':
