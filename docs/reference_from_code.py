@@ -210,7 +210,8 @@ def _listening(asked: dict[str, Key]) -> Iterator[tuple[str, Any]]:
              'boolean': 'true or false', 'text': 'text', 'name': 'name', 'choice': 'word',
              'vector': 'list of numbers', 'numbers': 'list of numbers',
              'rows': 'list of lists of numbers', 'points': 'list of [time in s, value]',
-             'mapping': 'mapping', 'mappings': 'list of mappings', 'files': 'file, or list of them'}
+             'mapping': 'mapping', 'mappings': 'list of mappings',
+             'files': 'file, or list of them'}
     has, optional = reader.Reader.has, set()
 
     def noted_has(self, key):
