@@ -53,7 +53,7 @@ bench: .venv/kernels  ## how fast, one question per benchmark
 soak: .venv/kernels  ## the tests and the benchmarks that take minutes
 	.venv/bin/pytest -m soak test benchmark $(ARGS)
 
-figures: .venv/kernels  ## draw the figures of docs/figures.md; ARGS='3_3 table' picks some
+figures: .venv/kernels  ## draw the figures and tables of docs and README; ARGS='3_3 table' picks some
 	.venv/bin/python tools/figures.py $(ARGS)
 
 docs: .venv/docs  ## the site, docs/_build/html/index.html; a warning is an error

@@ -114,7 +114,9 @@ class Commands(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Return a section for each command."""
-        return [self._section(name, parser) for name, parser in cli.parsers().items()]
+        commands = next(action for action in cli._parser()._actions
+                        if isinstance(action, argparse._SubParsersAction))
+        return [self._section(name, parser) for name, parser in commands.choices.items()]
 
     def _section(self, name: str, parser: argparse.ArgumentParser) -> nodes.Node:
         section = nodes.section(ids=[f'poststall-{name}'])

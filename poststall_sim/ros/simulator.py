@@ -19,6 +19,7 @@ from poststall_sim import cdr, envelope, failure_reader, topics
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.fields import Fields
 from poststall_sim.ros import (
+    arguments,
     declaration,
     engine_failures,
     messages,
@@ -372,6 +373,9 @@ class SimulatorNode(Node):
 
 def main(args: list[str] | None = None) -> int:
     """Fly the aircraft that the parameters name until told to stop; return the exit code."""
+    arguments.heed(
+        'simulator', 'Fly an aircraft past the stall, and publish pose, wrench and strip Cl.',
+        (SimulatorSettings, SensorSettings, AirSettings), args)
     return process.run('simulator', SimulatorNode, args, patience=None)
 
 
