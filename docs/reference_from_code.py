@@ -89,7 +89,8 @@ class Services(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         """Return the table."""
         from poststall_sim.ros import operations
-        rows = [(code(name), kind, ' '.join(inspect.getdoc(operation).split()))
+        rows = [(code(name), kind, re.split(r' \w+ : ', ' '.join(
+                    inspect.getdoc(operation).split()))[0])   # without its arguments
                 for kind, table_ in (('std_srvs/Trigger', operations.TRIGGERED),
                                      ('std_srvs/SetBool', operations.SWITCHED))
                 for name, operation in table_.items()]

@@ -33,6 +33,9 @@ ROLL_RATE, PITCH_CHANGE = 0.05, 0.3
 GYRATION = (0.25, 0.38, 0.39)
 """Radii over half the span, half the length and half their mean: Raymer, table 16.1."""
 GYRATION_FACTOR = 2.0
+POSITIVE = {'elevator': (1, -1.0, 'lifts the nose'), 'aileron': (0, 1.0, 'rolls to the left'),
+            'rudder': (2, -1.0, 'yaws to the right')}
+"""Which of Cl, Cm, Cn a control changes, with which sign, and what it does with the other one."""
 IN_WAKE = 0.1
 """Chords between a tail and the plane of the wing, below which the wake lies on it."""
 
@@ -139,6 +142,12 @@ def survey(model: Model) -> Survey:
         float(lift), float(rolling), authority)
 
 
+def backwards(figures: Survey) -> tuple[str, ...]:
+    """Return the controls whose positive deflection does what sticks take for a negative one."""
+    return tuple(name for name, (axis, sign, _) in POSITIVE.items()
+                 if name in figures.authority and sign * figures.authority[name][axis] < 0.0)
+
+
 def _planforms(aircraft: Aircraft) -> tuple[Planform, ...]:
     """Return the planforms, the largest first, with the volumes of the others about the CG."""
     found = sorted((planform(surface) for surface in aircraft.surfaces), key=lambda p: -p.area)
@@ -203,17 +212,12 @@ def _controls(aircraft: Aircraft, figures: Survey) -> Iterator[Finding]:
                       'name the control that pitches elevator: trim moves that one')
     else:
         pitch = authority['elevator'][1]
-        if pitch > 0.0:
-            yield Finding('elevator', 'a positive deflection lifts the nose',
-                          'change the sign of its gains: positive is trailing edge down')
         if abs(pitch) < PITCH_CHANGE:
             yield Finding('elevator', f'changes Cm by {abs(pitch):.2f} only',
                           'give it more chord, span or deflection to reach the stall')
-    for name, axis, sign, what in (('aileron', 0, 1.0, 'rolls to the left'),
-                                   ('rudder', 2, -1.0, 'yaws to the right')):
-        if name in authority and sign * authority[name][axis] < 0.0:
-            yield Finding(name, f'a positive deflection {what}',
-                          'change the sign of its gains, or sticks and autopilots work backwards')
+    for name in backwards(figures):
+        yield Finding(name, f'a positive deflection {POSITIVE[name][2]}',
+                      'change the sign of its gains, or sticks and autopilots work backwards')
     if 'aileron' in authority:
         rate = abs(authority['aileron'][0] / figures.roll_damping)
         if rate < ROLL_RATE:

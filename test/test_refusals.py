@@ -25,6 +25,7 @@ from poststall_sim import (
 from poststall_sim import option_values as values
 from poststall_sim.aero import model as models
 from poststall_sim.aero.decambering import AngleForm
+from poststall_sim.aero.separation import Separation
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.nonlifting import NonliftingBody
 from poststall_sim.stability import flight
@@ -168,7 +169,9 @@ def test_a_control_that_avl_has_no_words_for(trainer):
 
 @pytest.mark.parametrize('settings, message', [
     ({'wake_length': 0.0}, 'wake_length must be above 0 m, got 0.0'),
-    ({'angle_form': AngleForm.LINEAR}, 'the linear angle form and the axial wake are for steady'),
+    ({'axial_wake': True}, "the axial wake and AVL's rules are for steady flow"),
+    ({'core': 0.0}, 'core must be 0.001 to 1 strip widths, got 0.0'),
+    ({'angle_form': AngleForm.LINEAR, 'separation': Separation.LAG}, 'separation lag is for'),
     ({'tolerance': 0.0}, 'tolerance must be above 0 and at most 0.1, got 0.0'),
     ({'limit': 0}, 'limit must be at least 1 iteration, got 0'),
 ])

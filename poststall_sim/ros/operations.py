@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +22,8 @@ from poststall_sim.frames import (
     quaternion_from_euler,
     rotation,
 )
-from poststall_sim.ros import messages
+from poststall_sim.ros import engine_failures, messages
+from poststall_sim.ros.flight_setup import flight_path
 from poststall_sim.state import BodyState, Controls, Status
 
 if TYPE_CHECKING:
@@ -53,17 +53,31 @@ class Operations:
         self._node.pause_for_user(paused)
         return True, 'paused' if self._node.paused else 'flying'
 
-    def reset(self) -> Answer:
+    def reset(self, to_zero: bool | None = None) -> Answer:
         """
         Begin the flight again, without gusts that were asked for.
 
-        A pause stays, but for one that the flight itself asked for.
+        A pause stays, but for one that the flight itself asked for. to_zero : whether time goes
+        back to 0, as reset.time has it unless given; never to another time than a clock that is
+        followed.
         """
         node = self._node
         node.flight.weather = replace(node.flight.weather, gusts=())
-        to_zero = node.settings.reset_time and not node.follows
-        node.desk.reset(node.flight.reset(0 if to_zero else None).time_ns)
+        if to_zero is None:
+            to_zero = node.settings.reset_time
+        node.desk.reset(node.flight.reset(
+            0 if to_zero and not node.follows else None).time_ns)
         return True, self._begun()
+
+    def zero_time(self) -> Answer:
+        """Call the present instant 0; the flight, its controls and a pause stay as they are."""
+        node = self._node
+        if node.follows:
+            return False, 'time is that of the /clock that is followed'
+        node.flight.set_time(0)
+        node.desk.reset(0, told=self._told(node.flight.snapshot.commanded))
+        node.jumped()
+        return True, 'at simulated time 0 s'
 
     def step(self, count: int | None = None) -> Answer:
         """Advance by a number of steps, step_count unless given."""
@@ -148,41 +162,52 @@ class Operations:
     def save(self) -> Answer:
         """Write the flight to the flight file."""
         try:
-            path = self._flight_file()
+            path = flight_path(self._node.settings)
             flight_file.save_state(self._node.flight, path)
         except ConfigError as error:
             return False, str(error)
         return True, f'{path}: simulated time {self._node.flight.snapshot.time:.9g} s'
 
     def load(self) -> Answer:
-        """Go on with the flight in the flight file; time goes on unless reset.time is true."""
+        """
+        Go on with the flight in the flight file, its failures and its weather.
+
+        The parameters say these afterwards. Time goes on unless reset.time is true.
+        """
         node = self._node
         try:
-            path = self._flight_file()
+            path = flight_path(node.settings)
             loaded = flight_file.load_state(node.flight.model, path)
             if loaded.dt_ns != node.flight.dt_ns:
                 raise ConfigError(f'{path}: its dt is {loaded.dt_ns * 1e-9:g} s, here it is '
                                   f'{node.flight.dt_ns * 1e-9:g} s')
+            if loaded.model.atmosphere != node.flight.model.atmosphere:
+                raise ConfigError(f'{path}: flown in {loaded.model.atmosphere}, here it is '
+                                  f'{node.flight.model.atmosphere}')
         except ConfigError as error:
             return False, str(error)
         loaded.gusts = node.flight.gusts
-        loaded.failed_engines = node.flight.failed_engines
         if node.follows or not node.settings.reset_time:
             loaded.set_time(node.flight.snapshot.time_ns)
         node.flight = loaded
         node.desk.reset(loaded.snapshot.time_ns, trim=self._told(loaded.trim),
                         told=self._told(loaded.snapshot.commanded))
-        words = failure_reader.words(loaded.failures)
-        node.set_parameters([Parameter('failures', value=words or [''])])
+        self._say_as_flown()
         return True, f'{self._begun()}: {path}'
 
-    def _flight_file(self) -> Path:
-        """Return the path of the flight file; raise `ConfigError` where there can be none."""
-        name = self._node.settings.flight_file
-        path = Path(name)
-        if path.suffix != '.npz':
-            raise ConfigError(f'flight_file is {name!r}: set it to the path of a .npz file')
-        return path
+    def _say_as_flown(self) -> None:
+        """Set the parameters of failures and weather to what the flight has."""
+        node, flight, weather = self._node, self._node.flight, self._node.flight.weather
+        altitude = node.settings.start_altitude
+        node.set_parameters([Parameter(name, value=value) for name, value in {
+            engine_failures.NAME: engine_failures.text(flight.failed_engines),
+            'failures': failure_reader.words(flight.failures) or [''],
+            **node.air.unsaid(weather, altitude)}.items()])
+        flight.weather = weather   # of which parameters may have said less
+        unsaid = node.air.unsaid(weather, altitude)
+        if unsaid:
+            node.get_logger().warning(
+                f'the flight goes on in a weather that {", ".join(unsaid)} cannot say here')
 
     def _told(self, controls: Controls) -> FloatArray:
         return np.array(list(topics.command_values(controls, self._node.layout).values()))

@@ -30,7 +30,7 @@ from poststall_sim.ros import (
 from poststall_sim.ros.air_settings import AirSettings
 from poststall_sim.ros.commands import CommandDesk, OnTimeout
 from poststall_sim.ros.declaration import Followed
-from poststall_sim.ros.flight_setup import aero_settings, flight_from_settings
+from poststall_sim.ros.flight_setup import aero_settings, flight_from_settings, flight_path
 from poststall_sim.ros.health import Health
 from poststall_sim.ros.inbox import Inbox
 from poststall_sim.ros.operations import Operations
@@ -106,7 +106,8 @@ class SimulatorNode(Node):
         optional.open_services(self)
         engine_failures.check(self, self.flight.model.aircraft)
         declaration.follow(self, Followed(self.settings, self._on_settings, self._require),
-                           Followed(self.air, self._on_air))
+                           Followed(self.air, self._on_air, lambda air: air.weather(
+                               self.settings.start_altitude)))
 
         # This node makes simulated time, so its timers must not wait for it.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -128,7 +129,8 @@ class SimulatorNode(Node):
         if not self.settings.publish_clock:
             off = off | {Rate.CLOCK}
         for topic in topics.PUBLISHED:
-            if topic.rate in off or not topic.shown_by(self.layout):
+            if topic.rate in off or topic.switch in self.settings.switched_off \
+                    or not topic.shown_by(self.layout):
                 continue
             if not messages.available(topic.type):
                 missing.setdefault(topic.type.partition('/')[0], []).append(topic.name)
@@ -256,9 +258,13 @@ class SimulatorNode(Node):
     def begun(self) -> None:
         """Show a flight that was put elsewhere; a pause stays, but for one of `_stop_for`."""
         self._reason = None
-        self.inbox.turns.forget()
         if self._fly_after_reset:
             self.paused = self._fly_after_reset = False
+        self.jumped()
+
+    def jumped(self) -> None:
+        """Go on from a state or a time that does not follow from the one before, and show it."""
+        self.inbox.turns.forget()
         self._pacer.stop()
         self._publish_all()
 
@@ -343,6 +349,8 @@ class SimulatorNode(Node):
     def _require(self, settings: SimulatorSettings) -> None:
         """Raise `ConfigError` for settings that do not go together, or not with the aircraft."""
         aero_settings(settings)
+        if settings.flight_file:
+            flight_path(settings)
         surfaces.failed(self.flight.model.aircraft, settings)
         if settings.real_time_factor != self.settings.real_time_factor and (
                 self.follows or settings.lockstep != 'off'):
