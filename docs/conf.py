@@ -28,6 +28,7 @@ extensions = [
     'reference_from_code',
     'plain_docstrings',
 ]
+smartquotes = False   # `--option` and 'a text' are what they are
 exclude_patterns = ['_build']
 myst_enable_extensions = ['dollarmath']
 myst_heading_anchors = 3
@@ -42,6 +43,7 @@ toc_object_entries = False
 html_theme = 'furo'
 html_title = f'poststall_sim {__version__}'
 html_show_sphinx = False
+copybutton_prompt_text = '$ '
 
 # A link that leaves docs/ for a folder or for a page that the site does not have.
 _OUTSIDE = re.compile(r'(?<!!)\[([^\]]+)\]\(((?:\.\./)+[^)#]*)(#[^)]*)?\)')

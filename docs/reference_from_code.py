@@ -60,12 +60,11 @@ class Topics(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         """Return the table."""
         if self.arguments[0] == 'heard':
-            return [table(('topic', 'type', 'meaning', 'QoS'), (
-                (code(topic.name), topic.type.replace('/msg/', '/'), topic.meaning,
-                 quality(topic)) for topic in inlets.SUBSCRIBED))]
-        return [table(('topic', 'type', 'rate [Hz]', 'meaning', 'QoS'), (
-            (code(topic.name), topic.type.replace('/msg/', '/'), rate(topic), topic.meaning,
-             quality(topic)) for topic in topics.PUBLISHED))]
+            return [table(('topic and type', 'meaning', 'QoS'), (
+                (named(topic), topic.meaning, quality(topic)) for topic in inlets.SUBSCRIBED))]
+        return [table(('topic and type', 'meaning', 'rate [Hz] and QoS'), (
+            (named(topic), topic.meaning, [rate(topic), quality(topic)])
+            for topic in topics.PUBLISHED))]
 
 
 class Parameters(SphinxDirective):
@@ -77,10 +76,10 @@ class Parameters(SphinxDirective):
         """Return the table."""
         module, _, name = self.arguments[0].rpartition('.')
         fields = dataclasses.fields(getattr(importlib.import_module(module), name))
-        return [table(('parameter', 'default', 'range', 'in flight', 'meaning'), (
-            (code(field.metadata['name']), code(written(field.default)),
-             limits(field.metadata), 'may be set' if field.metadata['writable'] else '',
-             field.metadata['description']) for field in fields))]
+        return [table(('parameter and default', 'meaning', 'range', 'in flight'), (
+            ([code(field.metadata['name']), written(field.default)],
+             field.metadata['description'], limits(field.metadata),
+             'may be set' if field.metadata['writable'] else '') for field in fields))]
 
 
 class Services(SphinxDirective):
@@ -150,6 +149,11 @@ def _called(action: argparse.Action) -> str:
 def _help(action: argparse.Action) -> str:
     """Return what an option means, its default filled in as argparse does."""
     return (action.help or '') % {**vars(action), 'prog': 'poststall'}
+
+
+def named(topic: topics.Topic) -> list[Cell]:
+    """Return the name of a topic, and below it the type."""
+    return [code(topic.name), topic.type.replace('/msg/', '/')]
 
 
 def rate(topic: topics.Topic) -> str:
@@ -253,8 +257,8 @@ def code(text: str) -> nodes.Node:
     return nodes.literal(text, text)
 
 
-def table(heads: tuple[str, ...], rows: Iterable[tuple[Cell, ...]]) -> nodes.Node:
-    """Return a table; what stands between backquotes is code."""
+def table(heads: tuple[str, ...], rows: Iterable[tuple[Cell | list[Cell], ...]]) -> nodes.Node:
+    """Return a table; between backquotes is code, and a list is lines below each other."""
     group = nodes.tgroup(cols=len(heads))
     group += [nodes.colspec(colwidth=1) for _ in heads]
     group += nodes.thead('', _row(heads))
@@ -262,9 +266,11 @@ def table(heads: tuple[str, ...], rows: Iterable[tuple[Cell, ...]]) -> nodes.Nod
     return nodes.table('', group, classes=['from-code'])
 
 
-def _row(cells: Iterable[Cell]) -> nodes.Node:
-    return nodes.row('', *(nodes.entry('', nodes.paragraph('', '', *_inline(cell)))
-                           for cell in cells))
+def _row(cells: Iterable[Cell | list[Cell]]) -> nodes.Node:
+    return nodes.row('', *(
+        nodes.entry('', *(nodes.paragraph('', '', *_inline(line))
+                          for line in (cell if isinstance(cell, list) else [cell])))
+        for cell in cells))
 
 
 def _inline(cell: Cell) -> list[nodes.Node]:

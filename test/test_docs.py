@@ -17,7 +17,8 @@ WORDS = re.compile(r'|background|soak|file=[\w./-]+|not run: .+')
 def marked(page, blocks):
     """Return a page with its marks: those that start nodes talk DDS."""
     nodes = any(block.words == 'background' for block in blocks)
-    return pytest.param(page, marks=[pytest.mark.ros] if nodes else [], id=page)
+    return pytest.param(
+        page, marks=[pytest.mark.slow, *([pytest.mark.ros] if nodes else [])], id=page)
 
 
 def quick(blocks):
