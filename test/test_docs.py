@@ -14,11 +14,19 @@ PAGES = pages.pages()
 WORDS = re.compile(r'|background|soak|file=[\w./-]+|not run: .+')
 
 
+def starts_nodes(blocks):
+    return any(block.words == 'background' for block in blocks)
+
+
+def in_soak(page, blocks):
+    """Tell whether a page is in the soak whole: tasks with a node, each of many seconds."""
+    return page.startswith('docs/how-to/') and starts_nodes(blocks)
+
+
 def marked(page, blocks):
     """Return a page with its marks: those that start nodes talk DDS."""
-    nodes = any(block.words == 'background' for block in blocks)
-    return pytest.param(
-        page, marks=[pytest.mark.slow, *([pytest.mark.ros] if nodes else [])], id=page)
+    ros = [pytest.mark.ros] if starts_nodes(blocks) else []
+    return pytest.param(page, marks=[pytest.mark.slow, *ros], id=page)
 
 
 def quick(blocks):
@@ -27,7 +35,7 @@ def quick(blocks):
 
 @pytest.mark.parametrize('page', [
     marked(page, blocks) for page, blocks in PAGES.items()
-    if any(block.language in pages.RUN for block in quick(blocks))])
+    if any(block.language in pages.RUN for block in quick(blocks)) and not in_soak(page, blocks)])
 def test_the_commands_of_a_page_work(page, tmp_path):
     with pages.Reader(tmp_path) as reader:
         for block in quick(PAGES[page]):
@@ -37,7 +45,7 @@ def test_the_commands_of_a_page_work(page, tmp_path):
 @pytest.mark.soak
 @pytest.mark.parametrize('page', [
     marked(page, blocks) for page, blocks in PAGES.items()
-    if any(block.words == 'soak' for block in blocks)])
+    if any(block.words == 'soak' for block in blocks) or in_soak(page, blocks)])
 def test_the_commands_of_a_page_that_take_long_work(page, tmp_path):
     if any('poststall campaign' in block.text for block in PAGES[page] if block.done):
         pytest.importorskip('distributed', reason='needs the extra campaign')
