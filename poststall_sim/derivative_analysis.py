@@ -37,7 +37,7 @@ AXES = {
 UNITS = ('by alpha, beta and each control [1/rad]; by p (p b/2V), q (q c/2V), r (r b/2V) [-]; '
          'static_margin [reference chords], neutral_point_x_m [m] aft in the drawing')
 LEFT_OUT = ('derivatives by the rate of alpha: the loads are steady; lag of the wake and added '
-            'mass are in the linear systems of poststall modes')
+            'mass are in the linear systems of poststall modes; engines and their slipstreams')
 _LEAST_SLOPE = 0.1
 """Of lift over alpha [1/rad]: below, past the stall, there is no neutral point to speak of."""
 

@@ -95,7 +95,7 @@ def test_as_a_user_runs_it(tmp_path):
     (['polar', '--ell', '-1'], 'ell must be 0 to 10 chords'),
     (['polar', '--ell', '=2'], 'expected N or NAME=N'),
     (['polar', '--strips', 'wing=7'], 'even on a symmetric surface, got 7'),
-    (['polar', '--strips', 'wing=x'], "expected a whole number, got 'x'"),
+    (['polar', '--strips', 'wing=x'], "expected a whole number from 0 on, got 'x'"),
     (['polar', '--starts', '-3'], 'expected a whole number'),
     (['trim'], 'trim needs --airspeed (powered), --alpha (glide) or both'),
     (['trim', '--airspeed', '-5'], 'must be 0.1 to 400, got -5'),

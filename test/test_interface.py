@@ -122,7 +122,6 @@ FIXED = {
     'joy.buttons.pause': 7, 'joy.buttons.reset': 6, 'joy.buttons.trim': 0, 'uvlm.chordwise': 4,
     'uvlm.spanwise': 0, 'uvlm.wake_length': 0.0, 'decambering.closure': 'nonlocal',
     'decambering.ell': 1.0, 'decambering.tolerance': 1e-5, 'decambering.max_iterations': 200,
-    'surface_rate_limits_deg': [-1.0], 'servo_tau': [-1.0],
     'uvlm.wake': 'prescribed', 'uvlm.free_rows': 16, 'uvlm.free_every': 2,
     'uvlm.precision': 'float32', 'uvlm.coarsen': True, 'uvlm.interpolate': True,
     'ground.effect': False, 'separation.law': 'quasi_steady', 'separation.lag': 3.0,

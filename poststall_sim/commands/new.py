@@ -70,17 +70,15 @@ def run(arguments: argparse.Namespace) -> int:
             'Radii of gyration of ordinary aircraft; full thrust is '
             f'{sizing.THRUST:g} of the weight at rest.',
             'Sections at model size: give your own curves for others.')
-    files = {airfoil.name: aircraft_writer.csv_name(aircraft, airfoil)
-             for airfoil in aircraft.airfoils}
-    if not arguments.avl:
-        files = {each: f'{each}.csv' for each in files}
+    files = aircraft_writer.csv_names(aircraft) if arguments.avl \
+        else [f'{airfoil.name}.csv' for airfoil in aircraft.airfoils]
     path.write_text(aircraft_writer.text(aircraft, files, remarks=remarks))
     terminal.say(f'aircraft {path}')
     if arguments.avl:
         for remark in turned:
             terminal.say(remark)
-        for airfoil in aircraft.airfoils:
-            beside = path.parent / files[airfoil.name]
+        for airfoil, file in zip(aircraft.airfoils, files):
+            beside = path.parent / file
             beside.write_text(aircraft_writer.curves(airfoil))
             terminal.say(f'curves {beside}')
     terminal.write_json(arguments.json, {'aircraft': name, 'file': str(path)})
