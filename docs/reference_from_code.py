@@ -76,10 +76,10 @@ class Parameters(SphinxDirective):
         """Return the table."""
         module, _, name = self.arguments[0].rpartition('.')
         fields = dataclasses.fields(getattr(importlib.import_module(module), name))
-        return [table(('parameter and default', 'meaning', 'range', 'in flight'), (
+        return [table(('parameter and default', 'meaning', 'range', 'may be set in flight'), (
             ([code(field.metadata['name']), written(field.default)],
              field.metadata['description'], limits(field.metadata),
-             'may be set' if field.metadata['writable'] else '') for field in fields))]
+             'yes' if field.metadata['writable'] else '') for field in fields))]
 
 
 class Services(SphinxDirective):
@@ -170,10 +170,12 @@ def quality(topic: topics.Topic) -> str:
 
 def written(value: Any) -> str:
     """Return a default as it stands in a parameter file."""
+    if value in ('', [], {}):
+        return 'none'
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, tuple):
-        return f'[{", ".join(map(written, value))}]'
+        return f'[{", ".join(repr(x) if isinstance(x, str) else written(x) for x in value)}]'
     return f'{value:g}' if isinstance(value, float) else repr(value)
 
 
@@ -240,13 +242,14 @@ def _noting(method, word: str, asked: dict[str, Key], optional: set[str]):
     def noted(self, key, *rest, **limits):
         path = _path(self, key)
         bounds = ', '.join(f'{name.replace("_", " ")} {written(value)}'
-                           for name, value in limits.items() if name != 'default')
+                           for name, value in limits.items()
+                           if name not in ('default', 'free'))
         if word == 'word':
             bounds = 'a name of this file' if 'wing' in rest[0] else ', '.join(
                 f'`{choice}`' for choice in rest[0])
         left_out = DEPENDING.get(path) or (
             written(limits['default']) if 'default' in limits else
-            '' if path in optional or method.__name__ == 'number_if_any' else 'must be there')
+            '' if path in optional or method.__name__ == 'number_if_any' else 'required')
         asked.setdefault(path, (word, bounds, left_out))
         return method(self, key, *rest, **limits)
     return noted
