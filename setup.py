@@ -54,6 +54,14 @@ extras['test'] = [
 ]
 # Drives a Chromium that is installed already, to test the pages; not in `test`, for its size.
 extras['browser'] = ['playwright>=1.40']
+# The site. MathJax comes along with the last, so that no page asks the network.
+extras['docs'] = [
+    'sphinx>=7.2',
+    'myst-parser>=3',
+    'furo',
+    'sphinx-copybutton',
+    'sphinx-mathjax-offline',
+]
 # ruff's minor versions change what the selected rules report.
 extras['lint'] = ['import-linter>=2.1', 'ruff>=0.17,<0.18']
 
