@@ -8,6 +8,7 @@ short flight.
 """
 
 import math
+import threading
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
@@ -42,15 +43,18 @@ class Kept:
     """The last few of what is dear to make."""
 
     items: OrderedDict = field(default_factory=OrderedDict)
+    lock: Any = field(default_factory=threading.Lock)
 
     def get(self, key: Any, make: Callable[[], Any]) -> Any:
         """Return what is kept under a key, made where it is not."""
-        if key not in self.items:
-            self.items[key] = make()
+        with self.lock:   # a worker of a cluster may have several threads
+            found = self.items.pop(key, None)
+        found = make() if found is None else found
+        with self.lock:
+            self.items[key] = found
             while len(self.items) > KEPT:
                 self.items.popitem(last=False)
-        self.items.move_to_end(key)
-        return self.items[key]
+        return found
 
 
 _models, _trims = Kept(), Kept()
@@ -79,10 +83,12 @@ def _built(case: Case) -> Model:
 
 
 def warm(case: Case) -> None:
-    """Fly a few steps of a case, so that all of it is compiled and kept on disk."""
-    model = _built(case)
+    """Compute a case, of a flight a few steps, so that all of it is compiled, on disk."""
+    if not isinstance(case.task, Flying):
+        compute(case)
+        return
     try:
-        flight = _started(model, case.model_key, case.task)
+        flight = _started(_built(case), case.model_key, case.task)
     except ConfigError:
         return   # it becomes a row that says so
     for _ in range(3):

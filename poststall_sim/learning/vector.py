@@ -83,8 +83,6 @@ class DaskVectorEnv(VectorEnv):
         with ExitStack() as stack:
             client = stack.enter_context(engine.cluster(scheduler, workers))
             addresses = sorted(client.nthreads())[:self.num_envs]
-            if not addresses:
-                raise EngineError(f'the cluster at {scheduler} has no workers')
             # Neighbours stay together, so that results come back in their order.
             self._shares = [slice(part[0], part[-1] + 1) for part in
                             np.array_split(np.arange(self.num_envs), len(addresses))]
