@@ -150,11 +150,17 @@ def test_ten_thousand_tasks_that_do_nothing(tmp_path, threads):
                                   host='127.0.0.1', dashboard_address=None) as cluster, \
             distributed.Client(cluster, set_as_default=False) as client:
         begin, cpu = time.monotonic(), time.process_time()
-        numbers = [each.row['case'] for each in engine.run(client, given, nothing)]
+        numbers, tallies = [], 0
+        for each in engine.run(client, given, nothing):
+            numbers.append(each.row['case'])
+            if len(numbers) % 1000 == 999:
+                kept, = client.get_metadata([engine._TALLY]).values()
+                tallies = max(tallies, sum(map(len, kept.values())))
         wall, cpu = time.monotonic() - begin, time.process_time() - cpu
     assert sorted(numbers) == list(range(TINY))
+    assert 0 < tallies <= 2 * engine.TOGETHER + WORKERS * threads
     found = {'tasks': TINY, 'threads': WORKERS * threads, 'wall_s': wall,
              'tasks_per_s': TINY / wall, 'scheduler_and_client_ms_per_task': 1e3 * cpu / TINY,
-             'bytes_sent_per_task': sent}
+             'bytes_sent_per_task': sent, 'tallies_kept': tallies}
     print(json.dumps(found, indent=1))
     keep(f'campaign_tasks_{WORKERS * threads}', {}, **found)

@@ -113,6 +113,18 @@ def test_a_campaign_is_gone_on_with_and_one_of_another_definition_is_not(tmp_pat
         flown(path, tmp_path / 'nowhere', workers=1, resume=True)
 
 
+def test_a_row_of_a_worker_with_another_version_ends_the_run(tmp_path):
+    """One that joined after the cluster was looked over: its row is not to be in the table."""
+    builder = cases.Builder(files.campaign(campaigns.written(tmp_path / 'given')))
+
+    def other(case, session):
+        return engine.Computed({'case': case.index, 'numpy': '0.1'}, None, {'worker': 'tcp://x:1'})
+
+    with engine.cluster(None, 1) as client:
+        with pytest.raises(engine.EngineError, match='worker tcp://x:1 has numpy 0.1, here is'):
+            list(engine.run(client, builder.cases(), other))
+
+
 def test_two_programs_do_not_write_into_one_folder(tmp_path):
     campaign = files.campaign(campaigns.written(tmp_path / 'given'))
     given = job.identity(campaign), job.columns(campaign)

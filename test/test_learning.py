@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The learning environment: gymnasium's contract, same seed same bits, branches, many at once."""
 
+import dataclasses
 import functools
 import math
 import os
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -258,6 +260,14 @@ def test_a_worker_that_dies_is_said_so():
                 vector.step(vector.action_space.low)
     finally:
         vector.close()
+
+
+def test_the_page_has_what_is_seen_with_its_unit(env):
+    page = (Path(__file__).resolve().parents[1] / 'docs' / 'learning.md').read_text()
+    for each in env.observed[:-len(env.commanded)]:
+        assert f'| `{each.name}` | {each.unit} |' in page
+    assert all(f'`{field.name}`' in page for field in dataclasses.fields(Starts))
+    assert learning.STALL in page and learning.UPSET in page
 
 
 def test_a_range_of_starts_may_be_given_by_name():
