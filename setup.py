@@ -40,7 +40,7 @@ extras['all'] = sorted(sum(extras.values(), []))
 extras['polars'] = ['neuralfoil>=0.3']
 # Nor these: the first is 350 MB, and one flight needs none of it.
 extras['campaign'] = ['dask[distributed]>=2024.1', 'pyarrow>=14', 'xarray>=2024.1', 'zarr>=2.16']
-extras['learning'] = ['gymnasium>=1.0']
+extras['learning'] = ['gymnasium>=1.1']
 extras['test'] = [
     *extras['campaign'],
     *extras['learning'],

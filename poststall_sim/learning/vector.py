@@ -21,6 +21,7 @@ from poststall_sim import threads
 from poststall_sim.campaign import engine
 from poststall_sim.campaign.engine import EngineError
 
+GONE = 'a worker has gone, and its environments with it'
 Seeds = int | Sequence[int | None] | None
 
 
@@ -77,7 +78,7 @@ class DaskVectorEnv(VectorEnv):
 
     def __init__(self, makers: Iterable[Callable[[], gymnasium.Env]], *,
                  scheduler: str | None = None, workers: int | None = None) -> None:
-        makers = list(makers)
+        makers, self._gone = list(makers), False
         self.num_envs = len(makers)
         self.metadata = {'autoreset_mode': AutoresetMode.NEXT_STEP, 'render_modes': []}
         with ExitStack() as stack:
@@ -136,19 +137,21 @@ class DaskVectorEnv(VectorEnv):
     def _all(self, method: str) -> list[Any]:
         return self._answers([(actor, method) for actor in self._actors])
 
-    @staticmethod
-    def _answers(asked: list[tuple]) -> list[Any]:
+    def _answers(self, asked: list[tuple]) -> list[Any]:
         """Return the answers of actors to (actor, method, arguments), asked all at once."""
-        gone = EngineError('a worker has gone, and its environments with it')
+        if self._gone:   # not asked again: Dask would try for half a minute
+            raise EngineError(GONE)
         try:
             methods = [getattr(actor, method) for actor, method, *_ in asked]
         except RuntimeError:   # Dask's, of an actor it knows to be lost
-            raise gone from None
+            self._gone = True
+            raise EngineError(GONE) from None
         futures = [method(*given) for method, (_, _, *given) in zip(methods, asked)]
         try:
             return [future.result() for future in futures]
         except (OSError, TimeoutError, CancelledError):
-            raise gone from None
+            self._gone = True
+            raise EngineError(GONE) from None
 
     def _stacked(self, observations: Sequence[Any]) -> Any:
         room = create_empty_array(self.single_observation_space, self.num_envs, np.zeros)
