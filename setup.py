@@ -34,6 +34,7 @@ extras = {
     'progress': ['tqdm>=4.64'],
     'threads': ['threadpoolctl>=3.1'],
     'control': ['control>=0.9.4'],
+    'completion': ['shtab>=1.7'],
 }
 extras['all'] = sorted(sum(extras.values(), []))
 # Not in `all`: it brings CasADi and pandas, 300 MB, and only tools/make_polars.py asks for it.
@@ -49,6 +50,7 @@ extras['test'] = [
     'pytest-benchmark',
     'pytest-timeout',
     'pytest-xdist',
+    *extras['completion'],
     # A second DDS, to talk to the nodes, where it has wheels; elsewhere its test is skipped.
     'cyclonedds>=11,<12; sys_platform == "linux" and platform_machine == "x86_64"',
 ]

@@ -226,17 +226,17 @@ class _Reading:
     def _sections(self, sheet: Sheet) -> tuple[tuple[Section, ...], FloatArray]:
         """Return the sections in the order of the file and their place along the span, 0..1."""
         scale, shift = (self.length * np.array(each) for each in (sheet.scale, sheet.shift))
+        across = np.array([station.leading_edge[1:] for station in sheet.stations]) * scale[1:]
+        steps = np.linalg.norm(np.diff(across, axis=0), axis=1)
+        if not steps.min() > 0.0:
+            raise sheet.where.error(f'surface {sheet.name}: two neighbouring sections stand at '
+                                    'the same y and z')
         sections = tuple(station.where.build(
             Section, leading_edge_G=tuple(map(
                 float, np.array(station.leading_edge) * scale + shift)),
             chord=station.chord * float(scale[0]), airfoil=self._airfoil(sheet, station, cosine),
             twist=math.radians(station.incidence + sheet.incidence))
             for station, cosine in zip(sheet.stations, _cosines(sheet)))
-        places = np.array([s.leading_edge_G[1:] for s in sections])
-        steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
-        if not steps.min() > 0.0:
-            raise sheet.where.error(f'surface {sheet.name}: two neighbouring sections stand at '
-                                    'the same y and z')
         return sections, np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
 
     def _strips(self, sheet: Sheet, places: FloatArray) -> FloatArray:

@@ -13,7 +13,7 @@ import re
 import sys
 from typing import Any
 
-from poststall_sim import __version__, terminal
+from poststall_sim import __version__, completion, terminal
 from poststall_sim import option_values as values
 from poststall_sim.commands import (
     airfoil,
@@ -37,7 +37,8 @@ COMMANDS = (new, show, check, polar, trim, modes, derivatives, database, fly, pl
 """In the order of the help."""
 
 _NEGATIVE = re.compile(r'-[\d.]')
-_EXIT_CODES = 'exit codes: 0 a result; 1 none (no trim, not converged, diverged); 2 bad input'
+_EXIT_CODES = ('exit codes: 0 a result; 1 none (no trim, not converged, diverged); 2 bad input; '
+               '130 interrupted')
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -85,6 +86,18 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f'{self.prog}: {message} (see {self.prog} --help)\n')
 
 
+class _PrintCompletion(argparse.Action):
+    """Print the completion script, as --version prints the version."""
+
+    def __call__(self, parser: argparse.ArgumentParser, namespace: argparse.Namespace,
+                 shell: Any, option: str | None = None) -> None:
+        try:
+            terminal.say(completion.script(parser, shell))
+        except ImportError as error:
+            parser.error(str(error))
+        parser.exit()
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog='poststall',
@@ -92,6 +105,9 @@ def _parser() -> argparse.ArgumentParser:
         epilog=f'example: poststall polar --aircraft trainer --alpha -4:30:1\n\n{_EXIT_CODES}',
         formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--version', action='version', version=f'poststall_sim {__version__}')
+    parser.add_argument('--print-completion', action=_PrintCompletion, choices=completion.SHELLS,
+                        metavar='SHELL', help='print what lets a shell complete these commands '
+                        '(bash or zsh) and exit')
     commands = parser.add_subparsers(title='commands', required=True, metavar='COMMAND',
                                      parser_class=_Parser)
 

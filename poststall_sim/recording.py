@@ -203,7 +203,7 @@ class FlightRecorder:
         self._views.follow(self._flight)
         due = self._schedule.due(snapshot.time_ns)
         for topic in due:
-            if topic.shown_by(self._layout):
+            if topic.switched_on and topic.shown_by(self._layout):
                 self._write(topic, snapshot)
         if commands and any(topic.rate is topics.Rate.STATE for topic in due):
             self._recorder.write(inlets.PILOT, topics.joint_fields(
@@ -223,7 +223,8 @@ class FlightRecorder:
             snapshot.time_ns, self._flight.model.aircraft.name, [
                 topics.Condition(
                     topics.Level.ERROR if reason else topics.Level.OK, 'simulator: flight',
-                    reason or 'flying', {'paused_reason': reason or ''}),
+                    reason or 'flying', {'paused_reason': reason or '',
+                                         'density_kg_m3': f'{snapshot.density:.9g}'}),
                 self._tally.condition('simulator: solver', snapshot, self._closure)],
         ), snapshot.time_ns)
 

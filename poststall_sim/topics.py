@@ -43,7 +43,7 @@ class Rate(enum.Enum):
     TF = ('rates.tf', 50.0, SIMULATED)
     VIEWS = ('rates.views', 5.0, SIMULATED)
     PATH = ('rates.path', 1.0, SIMULATED)
-    NED = ('rates.ned', 0.0, SIMULATED)
+    NED = ('rates.ned', 50.0, SIMULATED)
     SENSED_IMU = ('sensors.imu.rate', 0.0, SAMPLED)
     GPS = ('sensors.gps.rate', 0.0, SAMPLED)
     PITOT = ('sensors.pitot.rate', 0.0, SAMPLED)
@@ -60,6 +60,18 @@ class Rate(enum.Enum):
     def shows_state(self) -> bool:
         """Tell whether its topics show the present state, whenever that is asked of them."""
         return self.counts in (SIMULATED, '')
+
+
+class Switch(enum.Enum):
+    """What a parameter of its own switches on and off, whatever the rate: name, default."""
+
+    TF = ('publish_tf', True)
+    MARKERS = ('publish_markers', True)
+    NED = ('publish_ned', False)
+
+    def __init__(self, parameter: str, default: bool) -> None:
+        self.parameter = parameter
+        self.default = default
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +115,8 @@ class Topic:
     the message; fields : snapshot and layout to plain fields, None where they take more than a
     snapshot (see `diagnostics_fields`, `views`, `instruments`); bulk : of so many elements that
     it is written as bytes (see `cdr`) and not filled into a message; shown_by : whether an
-    aircraft of a layout has what it shows; common : most of them have.
+    aircraft of a layout has what it shows; common : most of them have; switch : what has to be
+    on beside a rate above 0.
     """
 
     name: str
@@ -115,6 +128,7 @@ class Topic:
     bulk: bool = False
     shown_by: Callable[[Layout], bool] = _always
     common: bool = True
+    switch: Switch | None = None
 
     @property
     def everywhere(self) -> bool:
@@ -122,9 +136,15 @@ class Topic:
         return self.shown_by is _always
 
     @property
+    def switched_on(self) -> bool:
+        """Tell whether its switch, if it has one, is on by default."""
+        return self.switch is None or self.switch.default
+
+    @property
     def by_default(self) -> bool:
         """Tell whether it is published, of most aircraft, unless a parameter says otherwise."""
-        return self.common and (self.rate is Rate.ONCE or self.rate.default > 0.0)
+        return self.common and self.switched_on and (
+            self.rate is Rate.ONCE or self.rate.default > 0.0)
 
 
 class Level(enum.IntEnum):
@@ -245,9 +265,9 @@ DIAGNOSTICS = Topic('/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', Rate.
                     'real-time factor, lag, solver, commands: how the simulator does')
 MARKERS = Topic(
     'markers', 'visualization_msgs/msg/MarkerArray', Rate.VIEWS,
-    'body, strips (stalled ones red), controls as they stand and lift of each strip, in '
-    'base_link; wake, in map',
-    qos=Qos(depth=1), bulk=True)
+    'body, strips (blue, of negative lift violet, stalled red), controls as they stand and lift '
+    'of each strip, in base_link; wake, in map',
+    qos=Qos(depth=1), bulk=True, switch=Switch.MARKERS)
 PATH = Topic('path', 'nav_msgs/msg/Path', Rate.PATH,
              'where base_link has been since the start, in map, thinned to 500 poses at most',
              qos=Qos(depth=1, latched=True), bulk=True)
@@ -323,14 +343,15 @@ PUBLISHED: tuple[Topic, ...] = (
     MARKERS,
     PATH,
     Topic('/tf', 'tf2_msgs/msg/TFMessage', Rate.TF, 'base_link in map', fields.transform,
-          Qos(depth=100)),
+          Qos(depth=100), switch=Switch.TF),
     Topic('/tf_static', 'tf2_msgs/msg/TFMessage', Rate.ONCE,
-          'map_ned in map and base_link_frd in base_link', fields.static_transforms, _LATCHED),
+          'map_ned in map and base_link_frd in base_link', fields.static_transforms, _LATCHED,
+          switch=Switch.TF),
     Topic('odom_ned', 'nav_msgs/msg/Odometry', Rate.NED,
           'odom in the axes of aviation: base_link_frd in map_ned [m, m/s, rad/s]',
-          fields.odom_ned),
+          fields.odom_ned, switch=Switch.NED),
     Topic('wrench_frd', 'geometry_msgs/msg/WrenchStamped', Rate.NED,
-          'wrench in base_link_frd [N, N m]', fields.wrench_frd),
+          'wrench in base_link_frd [N, N m]', fields.wrench_frd, switch=Switch.NED),
     Topic('strip_y', _ARRAY, Rate.ONCE, 'where the strips are, y in base_link (left) [m]',
           fields.places('strip_y'), _LATCHED),
     Topic('strip_chord', _ARRAY, Rate.ONCE, 'chords of the strips [m]',

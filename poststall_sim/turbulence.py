@@ -70,7 +70,7 @@ read from MIL-F-8785C, Figure 7.
 """
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class Turbulence:
     """
     A field of turbulence, the same one for the same numbers.

@@ -42,6 +42,8 @@ PERIODS_SHOWN = 5
 
 BODY, CONTROL = (0.55, 0.58, 0.62, 1.0), (0.95, 0.75, 0.2, 1.0)
 IDLE, LOADED, STALLED = (0.62, 0.75, 0.90, 1.0), (0.10, 0.35, 0.75, 1.0), (0.85, 0.10, 0.10, 1.0)
+DOWNWARDS = (0.45, 0.10, 0.65, 1.0)
+"""Of a strip of much negative lift: unlike green, not to be taken for red by anybody."""
 WAKE = (0.35, 0.65, 0.75, 0.5)
 
 
@@ -144,9 +146,14 @@ class Views:
 
 
 def strip_colours(snapshot: Snapshot, layout: Layout) -> FloatArray:
-    """Return a colour (n, 4) for each strip: deeper as it nears its greatest lift, red past it."""
-    share = np.clip(snapshot.strips.cl / layout.strip_cl_max, 0.0, 1.0)[:, None]
-    colours = (1.0 - share) * np.array(IDLE) + share * np.array(LOADED)
+    """
+    Return a colour (n, 4) for each strip.
+
+    Deeper as its lift nears its greatest, another where lift is negative, red past the stall.
+    """
+    share = np.clip(snapshot.strips.cl / layout.strip_cl_max, -1.0, 1.0)[:, None]
+    full = np.where(share < 0.0, np.array(DOWNWARDS), np.array(LOADED))
+    colours = (1.0 - np.abs(share)) * np.array(IDLE) + np.abs(share) * full
     colours[snapshot.strips.stalled.astype(bool)] = STALLED
     return colours
 

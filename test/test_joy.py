@@ -12,24 +12,48 @@ pytest.importorskip('rclpy', reason='rclpy is not installed')
 from sensor_msgs.msg import Joy
 
 from poststall_sim.ros.commands import Refusal, RefusedCommand
-from poststall_sim.ros.joy import Buttons, commands_from_joy
+from poststall_sim.ros.joy import Buttons, Lever, commands_from_joy
 from poststall_sim.ros.parameters import SimulatorSettings
 
 TRIM = {'aileron': 0.0, 'elevator': -0.05, 'rudder': 0.0, 'throttle': 0.4}
 SETTINGS = SimulatorSettings()
 
 
-def commands(settings=SETTINGS, trim=TRIM, **axes):
+def moved():
+    """Return a lever that has been moved."""
+    lever = Lever()
+    assert not lever.moved(0.0, 0.05) and lever.moved(1.0, 0.05)
+    return lever
+
+
+def commands(settings=SETTINGS, trim=TRIM, lever=None, **axes):
     """Return the commands with some axes of a usual pad moved, left and up positive."""
     message = Joy(axes=[0.0] * 8)
     for name, value in axes.items():
         message.axes[{'rudder': 0, 'throttle': 1, 'aileron': 3, 'elevator': 4}[name]] = value
-    return commands_from_joy(message, settings, trim)
+    return commands_from_joy(message, settings, trim, lever or moved())
 
 
-def test_a_stick_in_the_middle_is_trim_and_half_throttle():
-    assert commands() == pytest.approx({**TRIM, 'throttle': 0.5})
-    assert commands(aileron=0.04, elevator=-0.05) == pytest.approx({**TRIM, 'throttle': 0.5})
+def test_a_stick_in_the_middle_is_trim():
+    assert commands() == pytest.approx(TRIM)
+    assert commands(aileron=0.04, elevator=-0.05) == pytest.approx(TRIM)
+
+
+@pytest.mark.parametrize('rest', [0.0, -1.0, 0.3])
+def test_a_lever_that_nobody_has_touched_says_nothing_of_the_throttle(rest):
+    """Wherever it stands, a hair to and fro, and with the stick in use."""
+    lever = Lever()
+    for way in (rest, rest + 0.04, rest - 0.04):
+        assert 'throttle' not in commands(lever=lever, throttle=way, elevator=0.5)
+    assert commands(lever=lever, throttle=0.8)['throttle'] > TRIM['throttle']
+    assert commands(lever=lever, throttle=rest)['throttle'] == commands(
+        throttle=rest)['throttle']   # from now on it is obeyed there too
+
+
+def test_the_throttle_rises_from_none_through_trim_to_all():
+    found = [commands(throttle=0.1 * way)['throttle'] for way in range(-10, 11)]
+    assert (found[0], found[10], found[20]) == pytest.approx((0.0, 0.4, 1.0))
+    assert found == sorted(found) and len(set(found)) == 21
 
 
 def test_stick_right_rolls_right_stick_back_pulls_pedal_left_yaws_left():
@@ -57,7 +81,7 @@ def test_axes_that_are_off_and_controls_that_are_not_there_are_left_out():
     ([0.0, 0.0, 0.0, 0.0], Refusal.LENGTH), ([0.0, 0.0, 0.0, math.nan, 0.0], Refusal.NOT_FINITE)])
 def test_a_stick_with_too_few_axes_or_no_number_is_refused(axes, refusal):
     with pytest.raises(RefusedCommand) as caught:
-        commands_from_joy(Joy(axes=axes), SETTINGS, TRIM)
+        commands_from_joy(Joy(axes=axes), SETTINGS, TRIM, moved())
     assert caught.value.refusal is refusal
 
 

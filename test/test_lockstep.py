@@ -29,7 +29,7 @@ SPARSE = [topic for topic in SHOWN if topic.rate is not topics.Rate.ONCE
           and topic is not topics.CLOCK and topic.name not in IN_STEP]
 """What is best effort, keeps the latest only or comes when a sensor has something."""
 JOINTS = topics.JOINT_STATES.name
-EVERYTHING = ['-p', 'rates.ned:=50.0', *(
+EVERYTHING = ['-p', 'publish_ned:=true', *(
     part for sensor in ('imu', 'gps', 'pitot', 'barometer')
     for part in ('-p', f'sensors.{sensor}.rate:=100.0'))]
 

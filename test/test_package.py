@@ -32,6 +32,7 @@ LIBRARIES = {
     'threadpoolctl': (None, 'threadpoolctl'),  # has no rosdep key
     'control': (None, 'control'),
     'plotly': (None, 'plotly'),
+    'shtab': (None, 'shtab'),
     'dask': (None, 'dask'),
     'distributed': (None, 'dask'),
     'pyarrow': (None, 'pyarrow'),

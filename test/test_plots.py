@@ -19,6 +19,7 @@ from rosbags.typesys import Stores, get_typestore  # noqa: E402
 from poststall_sim import cli, definition, plots, silhouette  # noqa: E402
 from poststall_sim.plots import modes, style, trajectory  # noqa: E402
 from poststall_sim.plots.bag import extremes, flight_data  # noqa: E402
+from poststall_sim.plots.lookup import Lookup  # noqa: E402
 from poststall_sim.recording import BagError  # noqa: E402
 
 FIGURES = ['summary', 'trajectory', 'elevator_alpha', 'rudder_beta', 'strip_cl', 'history']
@@ -104,6 +105,22 @@ def test_attached_flow_at_any_angle_is_not_called_stalled(tmp_path):
     assert np.degrees(flight.strips.alpha).max() > 20.0
     assert not flight.strips.stalled.any() and flight.strips.deepest() is None
     assert flight.notes == ('flown without decambering: attached flow at any angle',)
+
+
+def test_the_lift_coefficient_is_that_of_the_air_that_was_flown_in(tmp_path, monkeypatch):
+    """25 K warmer than standard, where the standard density is 9 % too much."""
+    assert cli.main(['fly', '--record', str(tmp_path / 'bag'), '--duration', '1.5', '--json',
+                     str(tmp_path / 'fly.json'), '--temperature-offset', '25']) == 0
+    flight = flight_data(tmp_path / 'bag')
+    flown = json.loads((tmp_path / 'fly.json').read_text())['series']
+    expected = np.interp(flight.time, flown['time_s'], flown['CL'])
+    # The points of the series lie between those of the bag.
+    np.testing.assert_allclose(flight.lift, expected, rtol=2e-3)
+    assert not any('standard atmosphere' in note for note in flight.notes)
+    monkeypatch.setattr(Lookup, 'diagnostics', lambda bag: [])   # of another simulator
+    foreign = flight_data(tmp_path / 'bag', flight.aircraft)
+    assert foreign.lift / expected == pytest.approx(np.full(len(expected), 0.918), abs=5e-3)
+    assert any(note.startswith('CL in the standard atmosphere') for note in foreign.notes)
 
 
 def test_surfaces_are_told_apart_without_knowing_the_aircraft(flown, data, monkeypatch):

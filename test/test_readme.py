@@ -16,6 +16,8 @@ def test_every_topic_stands_in_the_readme_with_its_type_rate_and_meaning():
     for topic in topics.PUBLISHED:
         rate = f'{topic.rate.parameter} {topic.rate.default:g}' if topic.rate.parameter \
             else 'once, latched'
+        if topic.switch:
+            rate += f', {topic.switch.parameter} {str(topic.switch.default).lower()}'
         row = (f'| `{topic.name}` | {topic.type.replace("/msg/", "/")} | {rate} | '
                f'{topic.meaning} |')
         assert row in README, f'the README should have the row\n{row}'

@@ -22,19 +22,29 @@ DEG = math.radians(1.0)
 TAU = 0.05
 
 
-def test_parameters_take_the_place_of_the_aircrafts_actuators():
+def test_parameters_take_the_place_of_the_aircrafts_limits_and_actuators():
     trainer = wings.shipped_aircraft('trainer')
-    same = surfaces.with_actuators(trainer, SimulatorSettings())
+    same = surfaces.with_controls(trainer, SimulatorSettings())
     assert [each.actuator for each in same.controls] == [
         each.actuator for each in trainer.controls]
-    moved = surfaces.with_actuators(trainer, SimulatorSettings(
+    moved = surfaces.with_controls(trainer, SimulatorSettings(
         servo_tau=(0.1,), surface_rate_limits_deg=(100.0, 200.0, 0.0)))
     assert [each.actuator.time_constant for each in moved.controls] == [0.1] * 3
     assert [each.actuator.rate_limit / DEG for each in moved.controls] == pytest.approx(
         [100.0, 200.0, math.inf])
+    own = [control.limits for control in trainer.controls]
+    assert [control.limits for control in moved.controls] == own
+    held = surfaces.with_controls(trainer, SimulatorSettings(
+        surface_limits_deg=(5.0, -1.0, 0.0)))
+    assert [control.limits for control in held.controls] == [(-5.0 * DEG, 5.0 * DEG), *own[1:]]
+    assert [part.travel for part in held.movables[:2]] == [(-5.0 * DEG, 5.0 * DEG)] * 2
+    everywhere = surfaces.with_controls(trainer, SimulatorSettings(surface_limits_deg=(40.0,)))
+    assert {control.limits for control in everywhere.controls} == {(-40.0 * DEG, 40.0 * DEG)}
+    with pytest.raises(ConfigError, match='parameter surface_limits_deg: must be one number, or '):
+        surfaces.with_controls(trainer, SimulatorSettings(surface_limits_deg=(5.0, 5.0)))
     with pytest.raises(ConfigError, match='parameter servo_tau: must be one number, or one for '
                        'each of the 3 controls aileron, elevator, rudder; got 2'):
-        surfaces.with_actuators(trainer, SimulatorSettings(servo_tau=(0.1, 0.2)))
+        surfaces.with_controls(trainer, SimulatorSettings(servo_tau=(0.1, 0.2)))
 
 
 @pytest.mark.ros
@@ -43,6 +53,7 @@ def test_surfaces_lag_and_fail_as_the_parameters_say(start, probe):
     start('simulator', ros=[
         '-p', 'start_paused:=true', '-p', 'rates.diagnostics:=20.0', '-p', 'rates.state:=1000.0',
         '-p', f'servo_tau:=[{TAU}]', '-p', 'surface_rate_limits_deg:=[300, 300, 300]',
+        '-p', 'surface_limits_deg:=[8, 0, 0]',
         '-p', 'command.timeout:=1000.0'])
     heard = {name: probe.collect(JointState, name, 1000)
              for name in ('joint_states', 'joint_targets', 'surface_states')}
@@ -73,6 +84,13 @@ def test_surfaces_lag_and_fail_as_the_parameters_say(start, probe):
         assert found['joint_targets']['aileron'] == 0.1
         assert found['joint_states']['aileron'] == pytest.approx(expected, rel=1e-9)
         assert found['surface_states']['aileron_right'] == pytest.approx(-expected, rel=1e-9)
+
+    # Of a command beyond the limit that the parameter has set, it is the limit that is flown to.
+    send_until(probe, command, JointState(name=['aileron'], position=[0.3]),
+               lambda: reports.number('commands', 'beyond_limits') > 0, 'the cut')
+    for _ in range(3):
+        found = step()
+        assert found['joint_targets']['aileron'] == 8.0 * DEG > found['joint_states']['aileron']
 
     assert probe.set_parameter('failures', ['aileron_right:stuck', 'elevator:stuck=-5']).successful
     stuck = found['surface_states']['aileron_right']

@@ -39,7 +39,8 @@ AVAILABLE = [topic for topic in topics.PUBLISHED if topic.common and available(t
 def test_every_topic_has_its_type_quality_frame_and_rate(start, probe):
     """All at once, in real time, what is off by default switched on."""
     simulator = start('simulator', ros=[
-        '-p', 'rates.ned:=10.0', '-p', 'rates.clock:=50.0', '-p', 'frames.map:=world',
+        '-p', 'publish_ned:=true', '-p', 'rates.ned:=10.0', '-p', 'rates.clock:=50.0',
+        '-p', 'frames.map:=world',
         '-p', 'frames.prefix:=left/', '-p', 'rates.path:=2.0', '-p', 'rates.views:=4.0',
         '-p', 'rates.state:=20.0', '-p', 'sensors.imu.rate:=40.0', '-p', 'sensors.gps.rate:=4.0',
         '-p', 'sensors.pitot.rate:=20.0', '-p', 'sensors.barometer.rate:=10.0'])
@@ -111,8 +112,9 @@ def test_nothing_is_made_that_nobody_listens_to(probe, monkeypatch):
         made.append(kind.rpartition('/')[2]), serialize(kind, fields))[1])
     node = simulator.SimulatorNode(context=probe.context, cli_args=[
         '--ros-args', '-p', 'start_paused:=true', '-p', 'rates.views:=1000.0', '-p',
-        'rates.path:=1000.0', '-p', 'rates.ned:=1000.0', '-p', 'rates.diagnostics:=0.1',
-        '-p', 'sensors.imu.rate:=1000.0', '-p', 'sensors.gps.rate:=1000.0'])
+        'rates.path:=1000.0', '-p', 'publish_ned:=true', '-p', 'rates.ned:=1000.0',
+        '-p', 'rates.diagnostics:=0.1', '-p', 'sensors.imu.rate:=1000.0',
+        '-p', 'sensors.gps.rate:=1000.0'])
     probe.executor.add_node(node)
     try:
         made.clear()
@@ -211,7 +213,7 @@ def lockstep(request, start, probe, tmp_path):
     """Start a paused simulator; return what steps it and shows the latest messages."""
     aircraft = request.param(tmp_path) if hasattr(request, 'param') else 'trainer'
     start('simulator', ros=[
-        '-p', f'aircraft:={aircraft}', '-p', 'start_paused:=true', '-p', 'rates.ned:=50.0',
+        '-p', f'aircraft:={aircraft}', '-p', 'start_paused:=true', '-p', 'publish_ned:=true',
         '-p', 'command.timeout:=1000.0', '-p', 'initial.altitude:=500.0',
         '-p', 'rates.diagnostics:=10.0', '-p', 'initial.airspeed:=15.0'])
 

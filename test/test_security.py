@@ -62,7 +62,7 @@ def test_nobody_but_the_pilot_may_ask_and_he_only_for_the_pause():
 @pytest.mark.ros
 @pytest.mark.skipif(not importlib.util.find_spec('rclpy'), reason='rclpy is not installed')
 def test_running_nodes_use_nothing_that_the_policy_does_not_allow(start, probe, tmp_path):
-    start('simulator', ros=['-p', 'joy.enabled:=true', '-p', 'rates.ned:=10.0',
+    start('simulator', ros=['-p', 'joy.enabled:=true', '-p', 'publish_ned:=true',
                             '-p', 'sensors.imu.rate:=10.0']).wait_for('ready')
     start('recorder', '--output', str(tmp_path / 'bag')).wait_for('ready')
     start('pilot').wait_for('scenario begins')

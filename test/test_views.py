@@ -4,6 +4,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -110,9 +111,24 @@ def test_stalled_strips_are_red_and_loaded_ones_are_darker(flight):
         snapshot.strips, stalled=stalled, cl=np.linspace(-0.5, 1.0, len(stalled))))
     colours = views.strip_colours(snapshot, layout)
     assert colours[3] == pytest.approx(views.STALLED)
-    assert colours[0] == pytest.approx(views.IDLE)
     rest = np.delete(colours, 3, axis=0)
-    assert (rest[:, 0] < views.STALLED[0]).all() and rest[-1, 2] < rest[0, 2]
+    assert (rest[:, 0] < views.STALLED[0]).all() and rest[-1, 2] < views.IDLE[2]
+
+
+def test_negative_lift_has_a_colour_of_its_own_and_its_lines_point_down(flight):
+    """Of as much lift upwards and downwards: as deep, and told apart in every channel of two."""
+    layout, snapshot = topics.layout(flight), flight.snapshot
+    least = layout.strip_cl_max
+    up, down, none = (views.strip_colours(replace(snapshot, strips=replace(
+        snapshot.strips, cl=share * least, stalled=np.zeros(len(least)))), layout)
+        for share in (0.8, -0.8, 0.0))
+    assert none == pytest.approx(np.tile(views.IDLE, (len(least), 1)))
+    assert (np.abs(up - down)[:, :2] > 0.1).all()
+    assert (np.abs(down - np.array(views.STALLED))[:, 2] > 0.4).all()
+    flight = SimpleNamespace(model=flight.model, state=flight.state, snapshot=replace(
+        snapshot, strips=replace(snapshot.strips, circulation=-snapshot.strips.circulation)))
+    lines = seen(flight)['lift']['points'].reshape(-1, 2, 3)[:20]
+    assert (lines[:, 1, 2] < lines[:, 0, 2]).all()
 
 
 @pytest.mark.parametrize(('control', 'place', 'axis', 'sign'), [

@@ -17,7 +17,7 @@ import numpy as np
 
 from poststall_sim.aero.kernels import grid_edges, grid_velocity
 from poststall_sim.aero.lattice import Grid, Lattice
-from poststall_sim.aero.wake import OTHER_CORE, Placement, Wake, close, far_length
+from poststall_sim.aero.wake import Placement, Wake, close, far_length
 from poststall_sim.frames import FloatArray
 
 VISCOSITY = 1.46e-5
@@ -49,7 +49,7 @@ def _grids(wake: Wake, lattice: Lattice, placement: Placement,
             nodes_N[:, grid.nodes]]), np.concatenate([
                 circulation[grid.panels].reshape(grid.rows, strips), shed[:, grid.strips],
                 shed[-1:, grid.strips]]),
-            OTHER_CORE * float(lattice.strip_width[grid.strips].mean()))
+            lattice.core * float(lattice.strip_width[grid.strips].mean()))
 
 
 def _velocity(nodes: FloatArray, rings: FloatArray, cores: FloatArray,

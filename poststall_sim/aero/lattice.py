@@ -24,6 +24,9 @@ from poststall_sim.aircraft import Aircraft, ConfigError, Surface
 from poststall_sim.controls import Movable
 from poststall_sim.frames import FloatArray, control_sign
 
+CORE = 0.05
+"""Core of wakes and rings of other surfaces, in strip widths, where nobody says otherwise."""
+
 
 @dataclass(frozen=True, slots=True)
 class Grid:
@@ -65,7 +68,8 @@ class Lattice:
     (k, n) of the zero-lift angle and load_moment (k, n) of the section's own moment coefficient,
     see `flaps`; pivot (k, n) for an all-moving part, which turns the strip's chord with it.
     floating (k, n) : angle at which a free part stands per angle of attack of the strips; travel
-    and stops (k, 2) [rad]; mixing (k, c) angles per unit deflection of the controls.
+    and stops (k, 2) [rad]; mixing (k, c) angles per unit deflection of the controls. core : of
+    wakes and rings where they meet other surfaces, in strip widths.
     """
 
     grids: tuple[Grid, ...]
@@ -113,6 +117,7 @@ class Lattice:
     mixing: FloatArray
     stops: FloatArray
     strip_names: tuple[str, ...]
+    core: float = CORE
 
     @property
     def panels(self) -> int:

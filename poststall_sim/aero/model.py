@@ -35,7 +35,8 @@ class Settings:
     How the aerodynamics are computed.
 
     chordwise : panels along every chord; wake_length [m], None for the tail arm and twenty
-    chords; decambering False: attached flow at any angle; ell : averaging length of the
+    chords; core : of vortices of other surfaces, and of free wakes, in strip widths; decambering
+    False: attached flow at any angle; ell : averaging length of the
     non-local closure [chords], one or one a surface; scheme, damping, start : of the local
     closure; symmetric : its schemes A to D move mirrored strips alike; tolerance on the
     closure's residual [rad] ([-] for the local one); limit on its iterations; precision of the
@@ -51,6 +52,7 @@ class Settings:
 
     chordwise: int = 4
     wake_length: float | None = None
+    core: float = lattices.CORE
     decambering: bool = True
     closure: Closure = Closure.NONLOCAL
     angle_form: AngleForm = AngleForm.EXACT
@@ -81,18 +83,20 @@ class Settings:
             raise ConfigError(f'chordwise panels must be 1 to 32, got {self.chordwise}')
         if self.wake_length is not None and not self.wake_length > 0.0:
             raise ConfigError(f'wake_length must be above 0 m, got {self.wake_length!r}')
+        if not 1e-3 <= self.core <= 1.0:
+            raise ConfigError(f'core must be 0.001 to 1 strip widths, got {self.core!r}')
         for ell in self.ell if isinstance(self.ell, tuple) else (self.ell,):
             if not 0.0 <= ell <= 10.0:
                 raise ConfigError(f'ell must be 0 to 10 chords, got {self.ell!r}')
         if not 0.0 < self.damping <= 1.0:
             raise ConfigError(f'damping must be above 0 and at most 1, got {self.damping!r}')
-        if self.unsteady and (self.angle_form is AngleForm.LINEAR or self.axial_wake):
-            raise ConfigError('the linear angle form and the axial wake are for steady flow: set '
-                              'unsteady to False')
+        if self.unsteady and self.axial_wake:
+            raise ConfigError('the axial wake is for steady flow: set unsteady to False')
         if self.separation is not Separation.QUASI_STEADY and not (
-                self.unsteady and self.decambering and self.closure is Closure.NONLOCAL):
+                self.unsteady and self.decambering and self.closure is Closure.NONLOCAL
+                and self.angle_form is AngleForm.EXACT):
             raise ConfigError(f'separation {self.separation.value} is for unsteady flow with the '
-                              'non-local closure and decambering')
+                              'non-local closure, decambering and exact angles')
         if (self.ground or self.wake is not Shape.PRESCRIBED) and not self.unsteady:
             raise ConfigError('a free or frozen wake and the ground are for unsteady flow')
         if self.ground and self.wake is Shape.FROZEN:
@@ -230,7 +234,7 @@ class StripResponse:
 def build(aircraft: Aircraft, settings: Settings = DEFAULTS,
           atmosphere: Atmosphere = STANDARD) -> Model:
     """Return the model of an aircraft: lattice, influence, averaging and added mass."""
-    lattice = lattices.build(aircraft, settings.chordwise)
+    lattice = replace(lattices.build(aircraft, settings.chordwise), core=settings.core)
     if isinstance(settings.ell, tuple) and len(settings.ell) != len(lattice.grids):
         raise ConfigError(f'ell must be one number or one for each of the {len(lattice.grids)} '
                           f'surfaces, got {settings.ell!r}')

@@ -29,10 +29,6 @@ SHORTEST_ROW = 0.1
 """Below this share of a panel the newest row takes the next one in: at rest none pile up."""
 OWN_CORE = 1e-5
 """Guard against 0/0 between a surface and its own wake, in chords."""
-OTHER_CORE = 0.05
-"""Core of wakes and rings of other surfaces, in strip widths."""
-
-
 EVERY = 8
 """Rows of a wake from one whose drift in uneven air is asked for to the next."""
 
@@ -226,4 +222,4 @@ def core(lattice: Lattice, source: int, target: int) -> float:
     strips = lattice.grids[source].strips
     if source == target:
         return OWN_CORE * float(lattice.strip_chord[strips].mean())
-    return OTHER_CORE * float(lattice.strip_width[strips].mean())
+    return lattice.core * float(lattice.strip_width[strips].mean())

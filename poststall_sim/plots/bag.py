@@ -15,6 +15,8 @@ from poststall_sim.plots.lookup import Lookup, Pair, onto
 from poststall_sim.plots.strips import StripData, strip_data
 from poststall_sim.recording import BagError
 
+DENSITY = 'density_kg_m3'
+"""The key under which the diagnostics of a flight tell it."""
 _WANTED = ('odom', 'joint_states', 'wrench', 'air_data/alpha', 'strip_cl', 'strip_alpha')
 
 
@@ -191,13 +193,29 @@ def _sink_rate(bag: Lookup, time: FloatArray, position: FloatArray | None,
 
 def _lift(bag: Lookup, time: FloatArray, position: FloatArray | None,
           air: dict[str, FloatArray | None], area: float | None) -> FloatArray | None:
-    """Return the lift coefficient (n,), in the standard atmosphere at the map's altitude."""
+    """Return the lift coefficient (n,)."""
     force = bag.column('wrench', *(f'wrench.force.{axis}' for axis in 'xyz'))
     if force is None or position is None or air['airspeed'] is None or not area:
         return None
     lift = -body_to_stability(swap_body_flu(onto(time, force)), air['alpha'])[:, 2]
-    density = np.array([standard_air(height).density for height in position[:, 2]])
+    density = _density(bag, time, position[:, 2])
     return lift / np.maximum(0.5 * density * air['airspeed'] ** 2 * area, 1e-9)
+
+
+def _density(bag: Lookup, time: FloatArray, altitude: FloatArray) -> FloatArray:
+    """Return the density (n,) [kg/m^3] that the diagnostics tell, else the standard one."""
+    def standard(heights: FloatArray) -> FloatArray:
+        return np.array([standard_air(height).density for height in heights])
+
+    told = np.array([(at, float(values[DENSITY])) for at, _, _, values in bag.diagnostics()
+                     if DENSITY in values])
+    if not len(told):
+        bag.notes.append('CL in the standard atmosphere: the bag does not say the density')
+        return standard(altitude)
+    # Told once a second: in between it changes with height as it does in the standard atmosphere.
+    at, density = told.T
+    ratio = density / standard(np.interp(at, time, altitude))
+    return np.interp(time, at, ratio) * standard(altitude)
 
 
 def _solver(bag: Lookup) -> dict[str, Pair]:

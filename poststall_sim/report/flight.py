@@ -167,7 +167,8 @@ def _page(flight: FlightData, share: Pair | None, found: list[Table],
                 altitude=0.0 if flight.position is None else
                 float(np.median(flight.position[:, 2])))
             if lattice.tables is not None:
-                notes.append('section curves: at the median airspeed, no flap down')
+                notes.append('section curves: at the median airspeed and altitude in the standard '
+                             'atmosphere, no flap down')
     return data
 
 

@@ -3,6 +3,7 @@
 """The parameters of the air: a standard day, calm, unless they say otherwise."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -122,6 +123,33 @@ class AirSettings:
                 'turbulence_': ('turbulence', lambda: self.turbulence(altitude))}
         return {field: make() for begin, (field, make) in made.items()
                 if any(name.startswith(begin) for name in named)}
+
+    def unsaid(self, weather: Weather, altitude: float) -> dict[str, Any]:
+        """
+        Return what the parameters would have to be, by name, to ask for a weather.
+
+        Only those that have to change. Of turbulence scaled for another altitude [m] they can
+        say the vertical part alone.
+        """
+        values: dict[str, Any] = {}
+        if not np.array_equal(self.wind_N, weather.wind_N):
+            values['wind.velocity'] = swap_ned_enu(weather.wind_N).tolist()
+        shear, turbulence = weather.shear, weather.turbulence
+        if self.shear != shear:
+            values['wind.shear.law'] = _NONE if shear is None else shear.law.value
+            if shear is not None:
+                constant = 'exponent' if shear.law is ShearLaw.POWER else 'roughness'
+                values |= {f'wind.shear.{constant}': shear.constant,
+                           'wind.shear.reference_height': shear.reference_height}
+        if self.turbulence(altitude) != turbulence:
+            values |= {'wind.turbulence.intensity': _NONE, 'wind.turbulence.sigma': 0.0}
+            if turbulence is not None:
+                model, = (name for name, spectrum in SPECTRA.items()
+                          if spectrum is turbulence.spectrum)
+                values |= {'wind.turbulence.sigma': turbulence.vertical,
+                           'wind.turbulence.model': model,
+                           'wind.turbulence.seed': turbulence.seed}
+        return values
 
     def gust(self, place_N: FloatArray, toward_N: FloatArray) -> Gust:
         """Return the gust ahead of who is at a place in the air and moves so, see `gust_ahead`."""

@@ -20,7 +20,7 @@ from std_msgs.msg import Float64MultiArray
 
 from poststall_sim import autopilot_law, frames
 from poststall_sim.autopilot_law import Answer, Memory, Seen
-from poststall_sim.ros import declaration, messages, process
+from poststall_sim.ros import arguments, declaration, messages, process
 from poststall_sim.ros.autopilot_settings import AutopilotSettings
 
 AGAIN_PERIOD = 0.2
@@ -154,6 +154,9 @@ class AutopilotNode(Node):
 
 def main(args: list[str] | None = None) -> int:
     """Fly whatever simulator is heard until told to stop; return the exit code."""
+    arguments.heed(
+        'autopilot', 'Hold pitch, bank and airspeed, and leave a stall: an example to copy.',
+        (AutopilotSettings,), args)
     return process.run('autopilot', AutopilotNode, args)
 
 

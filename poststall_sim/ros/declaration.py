@@ -172,9 +172,17 @@ def _overrides(node: Node) -> dict[str, Any]:
 
 
 def _number(field: dataclasses.Field, value: Any) -> Any:
-    """Return whole numbers as real ones where those are wanted, anything else as it is."""
+    """
+    Return whole numbers as real ones where those are wanted, anything else as it is.
+
+    An empty list, of which ROS does not know the type, is the default where any length will do;
+    at the start it comes as None.
+    """
     if isinstance(field.default, float) and type(value) is int:
         return float(value)
+    if field.metadata['any_length'] and (
+            value is None or isinstance(value, (list, array.array)) and not len(value)):
+        return list(field.default)
     if isinstance(field.default, tuple) and isinstance(value, Sequence) and all(
             type(item) in (int, float) for item in value):
         return [float(item) for item in value]
@@ -205,12 +213,11 @@ def _record_value(field: dataclasses.Field, value: Any) -> Any:
 def _descriptor(field: dataclasses.Field) -> ParameterDescriptor:
     entry = field.metadata
     descriptor = ParameterDescriptor(
-        description=entry['description'], read_only=not entry['writable'])
+        description=entry['description'], read_only=not entry['writable'],
+        additional_constraints=entry['constraints'])
     if entry['choices']:
         descriptor.additional_constraints = 'one of: ' + ', '.join(entry['choices'])
-    if isinstance(field.default, tuple) and entry['low'] is None:
-        descriptor.additional_constraints = 'a list of texts'
-    elif isinstance(field.default, tuple):
+    if isinstance(field.default, tuple) and entry['low'] is not None:
         count = 'any number of' if entry['any_length'] else len(field.default)
         descriptor.additional_constraints = (
             f'{count} values from {entry["low"]:g} to {entry["high"]:g}')

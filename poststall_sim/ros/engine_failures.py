@@ -16,6 +16,11 @@ def names(text: str) -> frozenset[str]:
     return frozenset(word for word in (each.strip() for each in text.split(',')) if word)
 
 
+def text(names: frozenset[str]) -> str:
+    """Return the value of the parameter that names these."""
+    return ', '.join(sorted(names))
+
+
 def check(node: Node, aircraft: Aircraft) -> None:
     """Refuse new values of the parameter that name what is no engine of the aircraft."""
     def checked(parameters: list[Parameter]) -> SetParametersResult:

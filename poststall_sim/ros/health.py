@@ -73,6 +73,7 @@ class Health:
             'mach': snapshot.mach,
             'outside_the_method': beyond,
             'altitude_m': snapshot.body.altitude,
+            'density_kg_m3': f'{snapshot.density:.9g}',
             'sink_rate_m_s': float(
                 (rotation(snapshot.body.q_NB) @ snapshot.body.velocity_B)[2]),
             'optional_parts_missing': self._missing})

@@ -32,7 +32,7 @@ class Inbox:
     def __init__(self, node: SimulatorNode) -> None:
         self._node = node
         self._warned: set[str] = set()
-        self._buttons = joy.Buttons()
+        self._buttons, self._lever = joy.Buttons(), joy.Lever()
         self.turns = Turns()
         self._commands = [
             self._listen(topic, JointState,
@@ -95,7 +95,7 @@ class Inbox:
         try:
             # A stick lives in wall time: its stamps say nothing of the flight's.
             self._receive(Source.PILOT, joy.commands_from_joy(
-                message, node.settings, node.desk.trim), None, turn=False)
+                message, node.settings, node.desk.trim, self._lever), None, turn=False)
         except RefusedCommand as error:
             self._refuse(Source.PILOT, error)
 

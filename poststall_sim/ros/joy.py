@@ -14,13 +14,33 @@ BUTTONS = ('pause', 'reset', 'trim')
 STICKS = ('aileron', 'elevator', 'rudder', THROTTLE)
 
 
-def commands_from_joy(message: Any, settings: JoySettings,
-                      trim: Mapping[str, float]) -> dict[str, float]:
+class Lever:
+    """
+    The lever of the throttle, which says nothing until it has been moved.
+
+    Unlike a stick it does not go back to where it means nothing, and many drivers show 0 for an
+    axis that nobody has touched.
+    """
+
+    def __init__(self) -> None:
+        self._first: float | None = None
+        self._moved = False
+
+    def moved(self, position: float, deadband: float) -> bool:
+        """Tell whether it has gone further than a deadband from where it was seen first."""
+        if self._first is None:
+            self._first = position
+        self._moved = self._moved or abs(position - self._first) > deadband
+        return self._moved
+
+
+def commands_from_joy(message: Any, settings: JoySettings, trim: Mapping[str, float],
+                      lever: Lever) -> dict[str, float]:
     """
     Return the commands of a stick by name [rad; throttle 0..1].
 
-    trim : of all controls that there are. A stick in the middle is trim; the lever of the
-    throttle goes from its lower end to the upper one, whatever trim is.
+    trim : of all controls that there are. A stick in the middle is trim; so is a lever of the
+    throttle, whose ends are none and all, whatever trim is.
 
     Raises
     ------
@@ -41,7 +61,10 @@ def commands_from_joy(message: Any, settings: JoySettings,
                 Refusal.NOT_FINITE, f'axis {axis} is {message.axes[axis]}, not a finite number')
         way = getattr(settings, f'joy_{name}_scale') * _beyond(
             message.axes[axis], settings.joy_deadband)
-        commands[name] = 0.5 + 0.5 * way if name == THROTTLE else trim[name] + way
+        if name != THROTTLE:
+            commands[name] = trim[name] + way
+        elif lever.moved(message.axes[axis], settings.joy_deadband):
+            commands[name] = trim[name] + way * (1.0 - trim[name] if way > 0.0 else trim[name])
     return commands
 
 

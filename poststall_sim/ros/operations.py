@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,7 +21,8 @@ from poststall_sim.frames import (
     quaternion_from_euler,
     rotation,
 )
-from poststall_sim.ros import messages
+from poststall_sim.ros import engine_failures, messages
+from poststall_sim.ros.flight_setup import flight_path
 from poststall_sim.state import BodyState, Controls, Status
 
 if TYPE_CHECKING:
@@ -149,41 +149,52 @@ class Operations:
     def save(self) -> Answer:
         """Write the flight to the flight file."""
         try:
-            path = self._flight_file()
+            path = flight_path(self._node.settings)
             flight_file.save_state(self._node.flight, path)
         except ConfigError as error:
             return False, str(error)
         return True, f'{path}: simulated time {self._node.flight.snapshot.time:.9g} s'
 
     def load(self) -> Answer:
-        """Go on with the flight in the flight file; time goes on unless reset.time is true."""
+        """
+        Go on with the flight in the flight file, its failures and its weather.
+
+        The parameters say these afterwards. Time goes on unless reset.time is true.
+        """
         node = self._node
         try:
-            path = self._flight_file()
+            path = flight_path(node.settings)
             loaded = flight_file.load_state(node.flight.model, path)
             if loaded.dt_ns != node.flight.dt_ns:
                 raise ConfigError(f'{path}: its dt is {loaded.dt_ns * 1e-9:g} s, here it is '
                                   f'{node.flight.dt_ns * 1e-9:g} s')
+            if loaded.model.atmosphere != node.flight.model.atmosphere:
+                raise ConfigError(f'{path}: flown in {loaded.model.atmosphere}, here it is '
+                                  f'{node.flight.model.atmosphere}')
         except ConfigError as error:
             return False, str(error)
         loaded.gusts = node.flight.gusts
-        loaded.failed_engines = node.flight.failed_engines
         if node.follows or not node.settings.reset_time:
             loaded.set_time(node.flight.snapshot.time_ns)
         node.flight = loaded
         node.desk.reset(loaded.snapshot.time_ns, trim=self._told(loaded.trim),
                         told=self._told(loaded.snapshot.commanded))
-        words = failure_reader.words(loaded.failures)
-        node.set_parameters([Parameter('failures', value=words or [''])])
+        self._say_as_flown()
         return True, f'{self._begun()}: {path}'
 
-    def _flight_file(self) -> Path:
-        """Return the path of the flight file; raise `ConfigError` where there can be none."""
-        name = self._node.settings.flight_file
-        path = Path(name)
-        if path.suffix != '.npz':
-            raise ConfigError(f'flight_file is {name!r}: set it to the path of a .npz file')
-        return path
+    def _say_as_flown(self) -> None:
+        """Set the parameters of failures and weather to what the flight has."""
+        node, flight, weather = self._node, self._node.flight, self._node.flight.weather
+        altitude = node.settings.start_altitude
+        node.set_parameters([Parameter(name, value=value) for name, value in {
+            engine_failures.NAME: engine_failures.text(flight.failed_engines),
+            'failures': failure_reader.words(flight.failures) or [''],
+            **node.air.unsaid(weather, altitude)}.items()])
+        flight.weather = weather   # of which parameters may have said less
+        unsaid = node.air.unsaid(weather, altitude)
+        if unsaid:
+            node.get_logger().warning(
+                f'the flight goes on in a weather that {", ".join(unsaid)} cannot say here')
 
     def _told(self, controls: Controls) -> FloatArray:
         return np.array(list(topics.command_values(controls, self._node.layout).values()))

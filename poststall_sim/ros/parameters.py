@@ -7,20 +7,23 @@ from dataclasses import dataclass
 from typing import Any
 
 from poststall_sim.aero import model as models
+from poststall_sim.aero.decambering import AngleForm
 from poststall_sim.aero.schemes import Scheme
 from poststall_sim.aero.separation import Separation
 from poststall_sim.aero.wake import Shape
 from poststall_sim.aero.wash import Precision
-from poststall_sim.topics import SIMULATED, Rate
+from poststall_sim.topics import SIMULATED, Rate, Switch
 
 _AERO = models.Settings()
 
 
 def entry(name: str, default: Any, description: str, *, low: float | None = None,
           high: float | None = None, choices: tuple[str, ...] = (),
-          writable: bool = False, any_length: bool = False) -> Any:
+          writable: bool = False, any_length: bool = False, constraints: str = '') -> Any:
     """
     Return a dataclass field that is a parameter: its ROS name, default, description, range.
+
+    constraints : in words, where choices and ranges do not say what it may be.
 
     A writable one can be changed while the node runs; the others are read-only. A list has as
     many values as its default unless it may have any_length; its default is never empty, for ROS
@@ -28,13 +31,19 @@ def entry(name: str, default: Any, description: str, *, low: float | None = None
     """
     return dataclasses.field(default=default, metadata={
         'name': name, 'description': description, 'low': low, 'high': high,
-        'choices': choices, 'writable': writable, 'any_length': any_length})
+        'choices': choices, 'writable': writable, 'any_length': any_length,
+        'constraints': constraints})
 
 
 def rate_entry(rate: Rate, what: str, *, low: float = 0.0, high: float = 10000.0) -> Any:
     """Return a dataclass field that is the rate of some topics."""
     return entry(rate.parameter, rate.default, f'Rate [Hz of {rate.counts}] of {what}',
                  low=low, high=high)
+
+
+def switch_entry(switch: Switch, what: str) -> Any:
+    """Return a dataclass field that switches some topics."""
+    return entry(switch.parameter, switch.default, what)
 
 
 def axis_entry(control: str, default: int) -> Any:
@@ -70,8 +79,8 @@ class JoySettings:
     joy_rudder_scale: float = scale_entry(
         'rudder', 0.35, 'Rudder beyond trim at the full way of its axis [rad]', 1.6)
     joy_throttle_scale: float = scale_entry(
-        'throttle', 1.0, 'Way of the throttle over that of its axis, which stands for half '
-        'throttle in the middle [-]', 2.0)
+        'throttle', 1.0, 'Way of the throttle over that of its axis, which stands for trim in the '
+        'middle [-]', 2.0)
     joy_deadband: float = entry(
         'joy.deadband', 0.05, 'Part of the way of an axis that does nothing [-]',
         low=0.0, high=0.9, writable=True)
@@ -99,9 +108,14 @@ class SimulatorSettings(JoySettings):
     publish_clock: bool = entry(
         'publish_clock', True, 'Publish /clock: be the source of time; false with use_sim_time: '
         'follow the /clock of another')
+    publish_tf: bool = switch_entry(
+        Switch.TF, 'Publish /tf, at rates.tf, and /tf_static, where tf2_msgs is installed')
+    publish_markers: bool = switch_entry(Switch.MARKERS, 'Publish markers, at rates.views')
+    publish_ned: bool = switch_entry(
+        Switch.NED, 'Publish odom_ned and wrench_frd, in the axes of aviation, at rates.ned')
     flight_file: str = entry(
-        'flight_file', '', 'File (.npz) that save_state writes and load_state reads',
-        writable=True)
+        'flight_file', '', 'File that save_state writes and load_state reads',
+        writable=True, constraints='a path that ends in .npz, or nothing')
     lockstep: str = entry(
         'lockstep', 'off', 'What time waits for: off = wall time; service = each call of the step '
         'service; command = each full command, once', choices=('off', 'command', 'service'))
@@ -118,11 +132,12 @@ class SimulatorSettings(JoySettings):
     rates_strips: float = rate_entry(Rate.STRIPS, 'strip_*; 0 = off')
     rates_wind: float = rate_entry(Rate.WIND, 'wind/applied; 0 = off')
     rates_battery: float = rate_entry(Rate.BATTERY, 'battery, of electric engines; 0 = off')
-    rates_tf: float = rate_entry(Rate.TF, '/tf, where tf2_msgs is installed; 0 = off')
-    rates_views: float = rate_entry(Rate.VIEWS, 'markers and strips; 0 = off')
+    rates_tf: float = rate_entry(Rate.TF, '/tf, with publish_tf; 0 = off')
+    rates_views: float = rate_entry(
+        Rate.VIEWS, 'markers, with publish_markers, and strips; 0 = off')
     rates_path: float = rate_entry(Rate.PATH, 'path; 0 = off')
     rates_ned: float = rate_entry(
-        Rate.NED, 'odom_ned and wrench_frd, in the axes of aviation; 0 = off')
+        Rate.NED, 'odom_ned and wrench_frd, with publish_ned; 0 = off')
     rates_diagnostics: float = rate_entry(
         Rate.DIAGNOSTICS, '/diagnostics', low=0.1, high=100.0)
     frames_map: str = entry('frames.map', 'map', 'Name of the fixed frame (ENU)')
@@ -136,7 +151,7 @@ class SimulatorSettings(JoySettings):
         low=0.1, high=20000.0)
     engine_failures: str = entry(
         'engine_failures', '', 'Names of engines that do not work, with commas between them',
-        writable=True)
+        writable=True, constraints='names of engines that the aircraft has, or nothing')
     initial_position: tuple[float, ...] = entry(
         'initial.position', (0.0, 0.0, 0.0),
         'Where the flight starts: east, north, up [m]; up 0 = '
@@ -164,6 +179,10 @@ class SimulatorSettings(JoySettings):
     command_on_timeout: str = entry(
         'command.on_timeout', 'hold', 'What the controls do without a fresh command',
         choices=('hold', 'trim', 'neutral'), writable=True)
+    surface_limits_deg: tuple[float, ...] = entry(
+        'surface_limits_deg', (-1.0,), 'How far every control goes to either side, or one for '
+        'each control [deg]; 0 or less = as the aircraft has it', low=-1.0, high=90.0,
+        any_length=True)
     surface_rate_limits_deg: tuple[float, ...] = entry(
         'surface_rate_limits_deg', (-1.0,), 'Rate limit of all actuators, or one for each control '
         '[deg/s]; 0 or less = as the aircraft has it', low=-1.0, high=1e5, any_length=True)
@@ -174,7 +193,8 @@ class SimulatorSettings(JoySettings):
         'failures', ('',), 'What has failed, each NAME:KIND by the name of a part in '
         "surface_states or of a control: 'elevator:stuck', 'aileron_right:stuck=-5' [deg], "
         "'rudder:float', 'flap:lost'; an empty word says nothing",
-        writable=True, any_length=True)
+        writable=True, any_length=True, constraints='any number of words NAME:stuck, '
+        'NAME:stuck=DEGREES, NAME:float or NAME:lost, or empty')
     uvlm_chordwise: int = entry(
         'uvlm.chordwise', _AERO.chordwise, 'Panels along every chord [-]', low=1, high=32)
     uvlm_spanwise: int = entry(
@@ -183,6 +203,9 @@ class SimulatorSettings(JoySettings):
     uvlm_wake_length: float = entry(
         'uvlm.wake_length', 0.0, 'Length of wake that is kept [m]; 0 = auto',
         low=0.0, high=10000.0)
+    uvlm_core: float = entry(
+        'uvlm.core', _AERO.core, 'Core of the vortices of other surfaces, of free wakes and of '
+        'mirror images [strip widths]', low=1e-3, high=1.0)
     uvlm_wake: str = entry(
         'uvlm.wake', _AERO.wake.value, 'Where shed rows go: with the air, with what they induce '
         'as well, or nowhere seen from the body', choices=tuple(shape.value for shape in Shape))
@@ -213,6 +236,14 @@ class SimulatorSettings(JoySettings):
         'decambering.scheme', _AERO.scheme.value, 'How the local closure is solved: a scheme of '
         'the dissertation, or the one that does not fail',
         choices=tuple(each.value for each in Scheme))
+    decambering_start: str = entry(
+        'decambering.start', 'previous', 'Where the search of the local closure begins at each '
+        'step, which settles the solution among several: at the last one, or at attached flow; '
+        'the non-local closure has one solution', choices=('previous', 'attached'))
+    decambering_angle_form: str = entry(
+        'decambering.angle_form', _AERO.angle_form.value, 'Angles of strips by their sines, or '
+        'small as in the dissertation, with separation.law quasi_steady only',
+        choices=tuple(form.value for form in AngleForm))
     decambering_relaxation: float = entry(
         'decambering.relaxation', _AERO.damping, 'Under-relaxation of schemes A to D [-]',
         low=0.01, high=1.0)
@@ -242,6 +273,13 @@ class SimulatorSettings(JoySettings):
         by_parameter = {field.metadata['name']: getattr(self, field.name)
                         for field in dataclasses.fields(self)}
         return {rate: by_parameter[rate.parameter] for rate in Rate if rate.counts == SIMULATED}
+
+    @property
+    def switched_off(self) -> set[Switch]:
+        """What is not published, whatever its rate."""
+        by_name = {Switch.TF: self.publish_tf, Switch.MARKERS: self.publish_markers,
+                   Switch.NED: self.publish_ned}
+        return {switch for switch, on in by_name.items() if not on}
 
     @property
     def start_altitude(self) -> float:

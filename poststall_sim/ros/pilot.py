@@ -13,7 +13,7 @@ from std_msgs.msg import Float64
 from std_srvs.srv import SetBool
 
 from poststall_sim import definition, inlets, topics
-from poststall_sim.ros import declaration, messages, process
+from poststall_sim.ros import arguments, declaration, messages, process
 from poststall_sim.ros.parameters import PilotSettings
 
 LOOK_PERIOD = 0.05
@@ -148,6 +148,9 @@ class PilotNode(Node):
 
 def main(args: list[str] | None = None) -> int:
     """Play the scenario that the parameters name; return the exit code."""
+    arguments.heed(
+        'pilot', 'Fly a scenario: deflections over simulated time, published as a pilot.',
+        (PilotSettings,), args)
     return process.run('pilot', PilotNode, args)
 
 

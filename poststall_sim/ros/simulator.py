@@ -19,6 +19,7 @@ from poststall_sim import cdr, envelope, failure_reader, topics
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.fields import Fields
 from poststall_sim.ros import (
+    arguments,
     declaration,
     engine_failures,
     messages,
@@ -29,7 +30,7 @@ from poststall_sim.ros import (
 from poststall_sim.ros.air_settings import AirSettings
 from poststall_sim.ros.commands import CommandDesk, OnTimeout
 from poststall_sim.ros.declaration import Followed
-from poststall_sim.ros.flight_setup import aero_settings, flight_from_settings
+from poststall_sim.ros.flight_setup import aero_settings, flight_from_settings, flight_path
 from poststall_sim.ros.health import Health
 from poststall_sim.ros.inbox import Inbox
 from poststall_sim.ros.operations import Operations
@@ -105,7 +106,8 @@ class SimulatorNode(Node):
         optional.open_services(self)
         engine_failures.check(self, self.flight.model.aircraft)
         declaration.follow(self, Followed(self.settings, self._on_settings, self._require),
-                           Followed(self.air, self._on_air))
+                           Followed(self.air, self._on_air, lambda air: air.weather(
+                               self.settings.start_altitude)))
 
         # This node makes simulated time, so its timers must not wait for it.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -127,7 +129,8 @@ class SimulatorNode(Node):
         if not self.settings.publish_clock:
             off = off | {Rate.CLOCK}
         for topic in topics.PUBLISHED:
-            if topic.rate in off or not topic.shown_by(self.layout):
+            if topic.rate in off or topic.switch in self.settings.switched_off \
+                    or not topic.shown_by(self.layout):
                 continue
             if not messages.available(topic.type):
                 missing.setdefault(topic.type.partition('/')[0], []).append(topic.name)
@@ -342,6 +345,8 @@ class SimulatorNode(Node):
     def _require(self, settings: SimulatorSettings) -> None:
         """Raise `ConfigError` for settings that do not go together, or not with the aircraft."""
         aero_settings(settings)
+        if settings.flight_file:
+            flight_path(settings)
         surfaces.failed(self.flight.model.aircraft, settings)
         if settings.real_time_factor != self.settings.real_time_factor and (
                 self.follows or settings.lockstep != 'off'):
@@ -372,6 +377,9 @@ class SimulatorNode(Node):
 
 def main(args: list[str] | None = None) -> int:
     """Fly the aircraft that the parameters name until told to stop; return the exit code."""
+    arguments.heed(
+        'simulator', 'Fly an aircraft past the stall, and publish pose, wrench and strip Cl.',
+        (SimulatorSettings, SensorSettings, AirSettings), args)
     return process.run('simulator', SimulatorNode, args, patience=None)
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
-"""Actuators and failures as the parameters of a simulator have them."""
+"""Controls, actuators and failures as the parameters of a simulator have them."""
 
 import math
 from collections.abc import Sequence
@@ -12,12 +12,15 @@ from poststall_sim.failures import Failure
 from poststall_sim.ros.parameters import SimulatorSettings
 
 
-def with_actuators(aircraft: Aircraft, settings: SimulatorSettings) -> Aircraft:
-    """Return an aircraft with the actuators that the parameters ask for instead of its own."""
+def with_controls(aircraft: Aircraft, settings: SimulatorSettings) -> Aircraft:
+    """Return an aircraft with the limits and actuators that the parameters ask for."""
+    limits = _by_control(aircraft, 'surface_limits_deg', settings.surface_limits_deg)
     rates = _by_control(aircraft, 'surface_rate_limits_deg', settings.surface_rate_limits_deg)
     taus = _by_control(aircraft, 'servo_tau', settings.servo_tau)
     controls = []
-    for control, rate, tau in zip(aircraft.controls, rates, taus):
+    for control, limit, rate, tau in zip(aircraft.controls, limits, rates, taus):
+        if limit > 0.0:
+            control = replace(control, limits=(-math.radians(limit), math.radians(limit)))
         actuator = control.actuator
         if rate > 0.0:
             actuator = replace(actuator, rate_limit=math.radians(rate))
