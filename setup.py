@@ -92,7 +92,5 @@ setup(
             'autopilot = poststall_sim.ros.autopilot:main',
             'poststall = poststall_sim.cli:main',
         ],
-        # gymnasium looks here for environments, when it is imported.
-        'gymnasium.envs': ['poststall_sim = poststall_sim.learning:register'],
     },
 )

@@ -7,6 +7,8 @@ import functools
 import math
 import os
 import pickle
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -268,6 +270,16 @@ def test_the_page_has_what_is_seen_with_its_unit(env):
         assert f'| `{each.name}` | {each.unit} |' in page
     assert all(f'`{field.name}`' in page for field in dataclasses.fields(Starts))
     assert learning.STALL in page and learning.UPSET in page
+
+
+def test_gymnasium_finds_the_environment_by_its_module():
+    program = (f'import gymnasium; env = gymnasium.make("poststall_sim.learning:{learning.UPSET}");'
+               'print(env.reset(seed=1)[0].tobytes().hex())')
+    done = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
+                          timeout=120, cwd=Path(__file__).resolve().parents[1])
+    assert done.returncode == 0, done.stderr
+    here, _ = gymnasium.make(learning.UPSET).reset(seed=1)
+    assert done.stdout.split()[-1] == here.tobytes().hex()
 
 
 def test_a_range_of_starts_may_be_given_by_name():

@@ -3,8 +3,8 @@
 """
 Flights past the stall for programs that learn, behind the interface of `gymnasium`.
 
-To import it makes its environments known to `gymnasium.make`; where the package is installed,
-`gymnasium` imports it by itself.
+To import it makes its environments known to `gymnasium.make`, which imports it itself where it is
+named before a colon: ``poststall_sim.learning:poststall_sim/StallRecovery-v0``.
 """
 
 import contextlib
