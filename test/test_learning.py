@@ -273,7 +273,8 @@ def test_the_page_has_what_is_seen_with_its_unit(env):
 
 
 def test_gymnasium_finds_the_environment_by_its_module():
-    program = (f'import gymnasium; env = gymnasium.make("poststall_sim.learning:{learning.UPSET}");'
+    name = f'poststall_sim.learning:{learning.UPSET}'
+    program = (f'import gymnasium; env = gymnasium.make("{name}");'
                'print(env.reset(seed=1)[0].tobytes().hex())')
     done = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
                           timeout=120, cwd=Path(__file__).resolve().parents[1])
