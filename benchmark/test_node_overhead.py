@@ -6,8 +6,9 @@ What the simulator node costs beyond the physics, as a multiple of a bare node's
 All in one run, each a process of its own, for the same time: the simulator in real time with
 every topic heard; the same flight without a node, `bare_flight.py`; a node as anybody would write
 it that publishes the same messages at the same rates ready-made, `bare_node.py`, heard alike.
-CPU time per simulated second, user and system; (simulator - flight) / bare node, the median of
-`WINDOWS`.
+CPU time per simulated second, user and system; (simulator - flight) / bare node, all three in
+the same window of time, so that what neighbours take of the caches they take from all of them;
+the median of `WINDOWS`, which is asserted as it is asked.
 
 Where it goes: not into messages, which take 0.011 s per simulated second to make and fill, but
 into the waiting of rclpy, which gathers all that a node has at each wake, twice per callback.
@@ -25,6 +26,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
+import load
 import numpy as np
 import pytest
 from report import holds, keep
@@ -40,7 +42,7 @@ HERE = Path(__file__).resolve().parent
 ASKED = {'overhead / bare node': ('<=', 1.5)}
 DT_NS = 8_000_000
 """What the trainer flies with by itself at the airspeed it starts with."""
-WINDOWS, SECONDS = 3, 10.0
+WINDOWS, SECONDS = 7, 5.0
 SHOWN = [topic for topic in topics.PUBLISHED
          if topic.by_default and messages.available(topic.type)]
 
@@ -123,8 +125,9 @@ def test_overhead_of_the_node_over_a_bare_one(graph, tmp_path, capsys):
             HERE / 'bare_flight.py', str(DT_NS), str(round(SECONDS / (DT_NS * 1e-9))))
         flight.wait_for('\n')
         accounts = Account(simulator, ears), Account(bare, ears_bare)
-        rates = []
+        rates, seen = [], []
         for _ in range(WINDOWS):
+            seen.append(load.machine())
             for account in accounts:
                 account.begin()
             time.sleep(SECONDS)
@@ -139,15 +142,15 @@ def test_overhead_of_the_node_over_a_bare_one(graph, tmp_path, capsys):
     costs = {'simulator': accounts[0].cost, 'physics': (physics / (DT_NS * 1e-9)).tolist(),
              'bare node': accounts[1].cost}
     medians = {name: float(np.median(cost)) for name, cost in costs.items()}
-    ratios = [(a - medians['physics']) / c for a, c in zip(*(a.cost for a in accounts))]
+    ratios = [(a - b) / c for a, b, c in zip(*costs.values())]
     ratio = float(np.median(ratios))
     asked = ASKED['overhead / bare node']
     with capsys.disabled():
         print(f'\nnode overhead / bare node {ratio:.2f}, asked {asked[0]} {asked[1]:g}: '
               f'{"ok" if holds(asked, ratio) else "NOT"} (CPU s per simulated s: '
               + ', '.join(f'{name} {value:.3f}' for name, value in medians.items())
-              + f'; {rates[0][0]:.0f} messages/s)')
+              + f'; {rates[0][0]:.0f} messages/s; windows {min(ratios):.2f} to '
+              + f'{max(ratios):.2f}; {load.told(seen)})')
     keep('node_overhead', ASKED, ratio=ratio, ratios=ratios, cpu_seconds_per_second=costs,
-         messages_per_second=rates)
-    # Of CPU time; what neighbours leave in it is how much of the caches they take.
-    assert holds(asked, ratio, slack=1.3)
+         messages_per_second=rates, loads=seen)
+    assert holds(asked, ratio)

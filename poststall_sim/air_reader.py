@@ -69,6 +69,9 @@ def _turbulence(read: Reader, altitude: float) -> Turbulence:
     given = read.names()
     spectrum = read.choice('spectrum', SPECTRA, default=Spectrum.DRYDEN.value)
     seed = _seed(read)
+    if ('level' in given) == ('sigma_m_s' in given):
+        raise read.where.error('expected either level or sigma_m_s, got '
+                               + ('both' if 'level' in given else 'neither'))
     if 'level' in given:
         vertical = intensity(read.choice('level', SEVERITIES), altitude)
     else:

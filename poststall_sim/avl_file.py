@@ -37,9 +37,9 @@ class Station:
     """
     A SECTION.
 
-    airfoil : kind, `NACA`, `AIRFOIL`, `AFILE` or none, and its digits, points or file name;
-    strips, spacing : of the interval to the next one, 0 where the surface says it; drag :
-    (cl, cd) of CDCL, three of them or none.
+    airfoil : kind, `NACA`, `AIRFOIL`, `AFILE` or none, and its digits, points or file name, at
+    airfoil_where; strips, spacing : of the interval to the next one, 0 where the surface says
+    it; drag : (cl, cd) of CDCL, three of them or none.
     """
 
     where: Place
@@ -49,6 +49,7 @@ class Station:
     strips: int
     spacing: float
     airfoil: tuple[str, Any]
+    airfoil_where: Place
     slope: float
     drag: tuple[float, ...]
     hinges: tuple[Hinge, ...]
@@ -230,10 +231,12 @@ def _station(lines: _Lines) -> Station:
     incidence, strips, spacing = (rest + [0.0] * 3)[:3]
     count = lines.count(strips, 'Nspan', 1000)
     airfoil: tuple[str, Any] = ('none', None)
+    airfoil_where = where
     slope, drag, hinges = 1.0, (), []
     while (keyword := lines.keyword()) in ('NACA', 'AIRFOIL', 'AFILE', 'CLAF', 'CDCL', 'DESIGN',
                                            'CONTROL'):
         if keyword in ('NACA', 'AIRFOIL', 'AFILE'):
+            airfoil_where = lines.place()
             airfoil = (keyword, _airfoil(lines, keyword))
             continue
         lines.text(keyword)
@@ -246,7 +249,7 @@ def _station(lines: _Lines) -> Station:
         else:
             hinges.append(_hinge(lines))
     return Station(where, (x, y, z), where.number(chord, above=0), incidence, count, spacing,
-                   airfoil, slope, drag, tuple(hinges))
+                   airfoil, airfoil_where, slope, drag, tuple(hinges))
 
 
 def _airfoil(lines: _Lines, keyword: str) -> Any:

@@ -278,6 +278,10 @@ class _Reading:
             base, points = f'naca{what}', avl_sections.naca(what, station.where)
         elif kind == 'AFILE':
             base = as_name(Path(what).stem)
+            if not (self.folder / what).is_file():
+                raise station.airfoil_where.error(
+                    f'AFILE must be the name of a file with x/c y/c in each line, looked for from '
+                    f'the folder of the .avl file, got {what}, which is not there')
             points = avl_sections.coordinates(self.folder / what)
         elif kind == 'AIRFOIL':
             base = 'section'

@@ -3,7 +3,8 @@
 """
 An aircraft as the text of an AVL geometry file: the lattice and the controls it has here.
 
-What AVL does not know is left out: section curves past the stall, limits of controls, engines.
+What AVL does not know is left out: section curves past the stall, limits of controls, engines;
+of a section's tables for several Reynolds numbers one is written, see `left_out`.
 Chords that twist turned (surfaces that are not ``flat``) become incidences of flat panels.
 """
 
@@ -13,9 +14,9 @@ import re
 import numpy as np
 
 from poststall_sim import avl_controls, avl_sections
-from poststall_sim.aero import polars, stations
+from poststall_sim.aero import lattice, polars, stations
 from poststall_sim.aero.polars import SectionPolar
-from poststall_sim.aircraft import Aircraft, ConfigError, Section, Surface
+from poststall_sim.aircraft import Aircraft, Airfoil, ConfigError, Section, Surface
 from poststall_sim.avl_reader import spaced, stretched
 from poststall_sim.avl_sections import ThinAirfoil
 from poststall_sim.frames import FloatArray, control_sign
@@ -23,18 +24,67 @@ from poststall_sim.reader import Place
 
 _SPACINGS = (0.0, 1.0, -1.0, 2.0, -2.0, *(k / 4.0 for k in range(-11, 12)))
 _SAME = 1e-9
+_BLURRED = 2.0
+"""Strip widths that AVL's vortices are blurred over where they meet another component."""
 
 
 def text(aircraft: Aircraft, rows: int) -> str:
     """Return an aircraft as an AVL file with so many panels along every chord."""
     reference, cg = aircraft.reference, aircraft.mass.cg_G
-    lines = [aircraft.name, '0.0  ! Mach', '0 0 0.0  ! iYsym iZsym Zsym',
+    lines = [*(f'# {each}' for each in left_out(aircraft)),
+             aircraft.name, '0.0  ! Mach', '0 0 0.0  ! iYsym iZsym Zsym',
              _row(reference.area, reference.chord, reference.span) + '  ! Sref Cref Bref',
              _row(*cg) + '  ! Xref Yref Zref', '0.0  ! CDp']
-    sections = {airfoil.name: polars.section_polar(airfoil) for airfoil in aircraft.airfoils}
-    for surface in aircraft.surfaces:
-        lines += _surface(aircraft, surface, sections, rows)
+    sections = {name: polars.section_polar(airfoil)
+                for name, airfoil in _written(aircraft).items()}
+    for surface, component in zip(aircraft.surfaces, _components(aircraft, rows)):
+        lines += _surface(aircraft, surface, sections, rows, component)
     return '\n'.join([*lines, ''])
+
+
+def left_out(aircraft: Aircraft) -> tuple[str, ...]:
+    """Return what of the aircraft's sections AVL has no place for, a sentence each."""
+    tables: dict[str, int] = {}
+    for airfoil in aircraft.airfoils:
+        tables[airfoil.name] = tables.get(airfoil.name, 0) + 1
+    return tuple(
+        f'airfoil {name}: of its {tables[name]} tables the one '
+        + ('for neutral flaps' if airfoil.reynolds is None else
+           f'at Reynolds number {airfoil.reynolds:g}') + ' is written, AVL takes one'
+        for name, airfoil in _written(aircraft).items() if tables[name] > 1)
+
+
+def _written(aircraft: Aircraft) -> dict[str, Airfoil]:
+    """Return the table of each airfoil: with its flap neutral, at the middle Reynolds number."""
+    found: dict[str, list[Airfoil]] = {}
+    for airfoil in aircraft.airfoils:
+        found.setdefault(airfoil.name, []).append(airfoil)
+    result = {}
+    for name, tables in found.items():
+        neutral = sorted((each for each in tables if each.deflection == 0.0),
+                         key=lambda each: each.reynolds or 0.0)
+        result[name] = neutral[(len(neutral) - 1) // 2]
+    return result
+
+
+def _components(aircraft: Aircraft, rows: int) -> list[int]:
+    """
+    Return the number of the component that each surface belongs to.
+
+    AVL blurs vortices over two strip widths where they meet another component, which takes a
+    tenth off a fin that stands on a tail: surfaces nearer than that are one, as its primer says
+    of T-tails and winglets.
+    """
+    built = lattice.build(aircraft, rows)
+    corners = [built.ring_corners[grid.panels].reshape(-1, 3) for grid in built.grids]
+    core = [_BLURRED * float(built.strip_width[grid.strips].mean()) for grid in built.grids]
+    found = list(range(1, len(corners) + 1))
+    for i, here in enumerate(corners):
+        for k, there in enumerate(corners[:i]):
+            apart = np.linalg.norm(here[:, None] - there[None, :], axis=-1).min()
+            if apart < max(core[i], core[k]):
+                found = [found[k] if each == found[i] else each for each in found]
+    return found
 
 
 def _row(*values: float) -> str:
@@ -42,7 +92,7 @@ def _row(*values: float) -> str:
 
 
 def _surface(aircraft: Aircraft, surface: Surface, sections: dict[str, SectionPolar],
-             rows: int) -> list[str]:
+             rows: int, component: int) -> list[str]:
     cuts = _cuts(surface)
     places = np.array(surface.section_shares)
     moved = {control.name: _moved(control, surface, cuts) for control in aircraft.controls
@@ -52,7 +102,8 @@ def _surface(aircraft: Aircraft, surface: Surface, sections: dict[str, SectionPo
     whole = [sp for sp in _SPACINGS if _fits(_attempt(len(cuts) // 2, sp, places), cuts)]
     lines = ['SURFACE', surface.name, f'{rows} 0.0' + (
         f' {len(cuts) // 2} {whole[0]:.17g}' if whole else '')]
-    lines += ['YDUPLICATE', '0.0'] if surface.symmetric else []
+    lines += ['COMPONENT', str(component), *(
+        ['YDUPLICATE', '0.0'] if surface.symmetric else [])]
     spacings = [[0, 0.0]] * len(places) if whole else None
     if spacings is None:
         spacings = _intervals(places, cuts)

@@ -10,7 +10,7 @@ times the controls' deflections, within its stops (elevons, flaperons, V-tails).
 
 import math
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -70,6 +70,12 @@ class Control:
                 f'got {math.degrees(low):g} to {math.degrees(high):g} deg')
         if not self.effectors:
             raise ConfigError(f'control {self.name}: moves nothing, it needs an effector')
+
+    def reversed(self) -> 'Control':
+        """Return it with the other sign: what was a positive deflection is a negative one."""
+        low, high = self.limits
+        return replace(self, limits=(-high, -low), effectors=tuple(
+            replace(each, gain=-each.gain) for each in self.effectors))
 
 
 SIDES = {1: 'right', -1: 'left'}

@@ -149,7 +149,10 @@ def aircraft_in(read: Reader, folder: Path) -> Aircraft:
     airfoils = tuple(table for key in files.names()
                      for table in _airfoil(files, key, folder))
     surfaces: tuple[Surface, ...] = ()
-    for item in read.mappings('surfaces'):
+    items = read.mappings('surfaces')
+    if not items:
+        raise read.where.key('surfaces').error('must be a list of at least one surface, got []')
+    for item in items:
         surface = _surface(item, {key: key for key in files.names()})
         if surface.name in [other.name for other in surfaces]:
             raise item.where.key('name').error(

@@ -25,11 +25,13 @@ from poststall_sim.engines import (
 )
 from poststall_sim.reader import Reader, shown
 
-_RPM = 2.0 * math.pi / 60.0
-_HOUR = 3600.0
+RPM = 2.0 * math.pi / 60.0
+"""[rad/s]"""
+HOUR = 3600.0
+"""[s]"""
 _MOST = 1e6
 """Of turns a minute, turns a minute and volt, and volts: no propeller overflows."""
-_ROTATIONS = {'clockwise': Rotation.CLOCKWISE, 'counterclockwise': Rotation.COUNTERCLOCKWISE}
+ROTATIONS = {'clockwise': Rotation.CLOCKWISE, 'counterclockwise': Rotation.COUNTERCLOCKWISE}
 
 
 def engine(read: Reader, airfoils: Sequence[Airfoil]) -> Engine:
@@ -72,14 +74,37 @@ def _propeller(read: Reader, given: dict[str, Any], airfoils: Sequence[Airfoil])
         table = _from_blades(read.mapping('blades'), diameter, airfoils)
     else:
         table = _coefficients(read, 'coefficients')
-    drive = _motor(read.mapping('motor'), read.mapping('battery')) if read.has('motor') \
-        else _governor(read)
     return read.build(
-        Propeller, diameter=diameter, coefficients=table, drive=drive,
-        rotation=read.choice('rotation', _ROTATIONS, default='clockwise'),
-        inertia=read.number('inertia_kgm2', at_least=0, default=0.0),
+        Propeller, diameter=diameter, coefficients=table, **_drive(read),
+        rotation=read.choice('rotation', ROTATIONS, default='clockwise'),
         slipstream=read.boolean('slipstream', default=False),
         swirl=read.boolean('swirl', default=False), **given)
+
+
+def _drive(read: Reader) -> dict[str, Any]:
+    """Return what turns a propeller, and the inertia of all that turns."""
+    if not read.has('motor'):
+        if read.has('battery'):
+            raise read.where.key('battery').error(
+                'is of a motor: expected the key motor beside it')
+        if not read.has('rpm'):
+            raise read.where.error('expected what turns the propeller: motor and battery, or rpm '
+                                   'and spool_time_s, got none of them')
+        return {'drive': _governor(read),
+                'inertia': read.number('inertia_kgm2', at_least=0, default=0.0)}
+    for key in ('rpm', 'spool_time_s'):
+        if read.has(key):
+            raise read.where.key(key).error(
+                'expected either a motor, whose speed follows from its battery and the air, or '
+                f'rpm with spool_time_s, got both: motor and {shown(read.value(key))} here')
+    if not read.has('battery'):
+        raise read.where.key('motor').error('expected the key battery beside a motor')
+    if not read.has('inertia_kgm2'):
+        raise read.where.key('inertia_kgm2').error(
+            'must be there where a motor turns the propeller: motor and propeller, as felt at the '
+            'propeller, above 0')
+    return {'drive': _motor(read.mapping('motor'), read.mapping('battery')),
+            'inertia': read.number('inertia_kgm2', above=0)}
 
 
 def _coefficients(read: Reader, key: str) -> Coefficients:
@@ -95,6 +120,9 @@ def _from_blades(read: Reader, diameter: float, airfoils: Sequence[Airfoil]) -> 
         each.name: each for each in sorted(airfoils, key=lambda each: -(each.reynolds or 0.0))
         if each.deflection == 0.0})
     tip = 0.5 * diameter
+    if read.has('pitch_m') == read.has('stations'):
+        raise read.where.error('expected either pitch_m with chord_m or stations, got '
+                               + ('both' if read.has('stations') else 'neither'))
     if read.has('pitch_m'):
         hub = read.number('hub_radius_m', above=0, default=0.15 * tip)
         if hub >= tip:
@@ -116,13 +144,13 @@ def _from_blades(read: Reader, diameter: float, airfoils: Sequence[Airfoil]) -> 
 
 def _governor(read: Reader) -> Governor:
     return read.where.build(
-        Governor, greatest_speed=_RPM * read.number('rpm', above=0, at_most=_MOST),
+        Governor, greatest_speed=RPM * read.number('rpm', above=0, at_most=_MOST),
         spool_time=read.number('spool_time_s', above=0))
 
 
 def _motor(read: Reader, battery: Reader) -> ElectricMotor:
     return read.build(
-        ElectricMotor, speed_constant=_RPM * read.number('kv_rpm_V', above=0, at_most=_MOST),
+        ElectricMotor, speed_constant=RPM * read.number('kv_rpm_V', above=0, at_most=_MOST),
         resistance=read.number('resistance_Ohm', above=0),
         no_load_current=read.number('no_load_current_A', at_least=0, default=0.0),
         gear=read.number('gear', within=(1e-3, 1e3), default=1.0), battery=_battery(battery))
@@ -134,4 +162,4 @@ def _battery(read: Reader) -> Battery:
         Battery, voltage=voltage,
         empty_voltage=read.number('empty_voltage_V', above=0, default=voltage),
         resistance=read.number('resistance_Ohm', at_least=0, default=0.0),
-        capacity=_HOUR * read.number('capacity_Ah', above=0))
+        capacity=HOUR * read.number('capacity_Ah', above=0))

@@ -35,7 +35,8 @@ class LinearThrust:
     A propeller as a straight line of thrust over airspeed.
 
     static_thrust [N] at full throttle at rest, falling linearly to none at
-    zero_thrust_airspeed [m/s]. Throttle scales it linearly; there is no torque and no slipstream.
+    zero_thrust_airspeed [m/s] and staying none beyond: it does not brake. Throttle scales it
+    linearly; there is no torque and no slipstream.
     """
 
     static_thrust: float

@@ -106,7 +106,7 @@ def _point(model: Model, found: polars.Point) -> Result:
     return {
         'alpha_deg': round(math.degrees(condition.alpha), 10),
         'beta_deg': round(math.degrees(condition.beta), 10), **asdict(found.coefficients),
-        **solved(aero),
+        'CDi_far': found.induced_far, **solved(aero),
         'uniqueness': found.uniqueness if math.isfinite(found.uniqueness) else None,
         'flags': ['MAY_NOT_BE_UNIQUE'] if found.may_not_be_unique else [],
         'strips': strip_columns(model, aero)}

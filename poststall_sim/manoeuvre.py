@@ -7,6 +7,11 @@ All six balances at once, as the least of a sum of squares within the limits of 
 where they do not reach, the answer is the flight that comes nearest, and says so. `trim` has the
 straight and symmetric flights, which take three balances; `branches` finds all of those that an
 airspeed has.
+
+Wakes are straight in all of them. In a flight with its wake in the air that of a turn curves with
+it: the trainer, begun in a coordinated turn of 20 deg/s at 15 m/s and flown for a minute with its
+controls held, ends 0.6 m/s slower, at 0.4 deg more of alpha and 2.2 deg less of bank; at 10 deg/s,
+where next to nothing holds its bank, that goes by 6 deg in 40 s and by 23 in a minute.
 """
 
 import math

@@ -16,6 +16,8 @@ import numpy as np
 
 from poststall_sim import jobs, state_space_file, trim_jobs
 from poststall_sim.aero.model import Model
+from poststall_sim.aircraft import Aircraft
+from poststall_sim.engines import Propeller
 from poststall_sim.stability import flight
 from poststall_sim.stability.bodies import STATES
 from poststall_sim.stability.flight import FlightModes
@@ -29,6 +31,14 @@ LAGGED = Decambering.LAGGED
 MARK = '~'
 """Stands in the table behind a mode of which the body has less than `HALF`."""
 HALF = 0.5
+
+
+def slipstream(aircraft: Aircraft) -> str:
+    """Return what stands for the slipstreams of an aircraft in the linear systems, or nothing."""
+    blown = [name for name, engine in zip(aircraft.engine_names, aircraft.engines)
+             if isinstance(engine, Propeller) and engine.slipstream]
+    return f'slipstream of {", ".join(blown)}: held as it is in the trim, what airspeed and ' \
+        'throttle do to it is left out' if blown else ''
 
 
 def decamberings(name: str) -> tuple[Decambering, ...]:

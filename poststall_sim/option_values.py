@@ -75,7 +75,7 @@ def within(limits: tuple[float, float]) -> Callable[[str], float]:
 def count(text: str) -> int:
     """Return a whole number, not below 0."""
     if not re.fullmatch(r'\d+', text):
-        raise argparse.ArgumentTypeError(f'expected a whole number, got {text!r}')
+        raise argparse.ArgumentTypeError(f'expected a whole number from 0 on, got {text!r}')
     return int(text)
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from poststall_sim.aero import operating, solver
+from poststall_sim.aero import far_field, operating, solver
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aero.schemes import Start
 from poststall_sim.aero.solver import AeroResult
@@ -74,12 +74,14 @@ class Point:
     """
     The loads at one condition, and how they came about.
 
-    uniqueness : see `operating.uniqueness`, NaN where no closure is at work.
+    induced_far : coefficient of the induced drag in the far field, see `far_field`; uniqueness :
+    see `operating.uniqueness`, NaN where no closure is at work.
     """
 
     condition: Condition
     coefficients: Coefficients
     aero: AeroResult
+    induced_far: float
     uniqueness: float
 
     @property
@@ -150,8 +152,11 @@ def point(model: Model, condition: Condition, *, airspeed: float, density: float
         problem = operating.steady_problem(model, flow, deflections)
         uniqueness = operating.uniqueness(model, problem, aero.strips.delta)
     pressure = 0.5 * density * airspeed ** 2
+    induced = far_field.induced_drag(
+        model.lattice, aero.circulation[model.lattice.te_panel],
+        operating.steady_wake(model, flow), density)
     return Point(condition, coefficients(model, aero, condition.alpha, pressure), aero,
-                 uniqueness)
+                 induced / (pressure * model.aircraft.reference.area), uniqueness)
 
 
 def _deflections(model: Model, condition: Condition) -> FloatArray:

@@ -86,9 +86,8 @@ def loads(aircraft: Aircraft, state: EngineState, meeting: Meeting,
         elif isinstance(engine, ThrustTable):
             thrust[i] = _from_table(engine, throttle, axial[i])
         else:
-            # One that is pushed faster than its zero-thrust airspeed brakes no more than it
-            # pulls at rest.
-            share = min(max(1.0 - axial[i] / engine.zero_thrust_airspeed, -1.0), 1.0)
+            # Past its zero-thrust airspeed the line would brake, the harder the more throttle.
+            share = min(max(1.0 - axial[i] / engine.zero_thrust_airspeed, 0.0), 1.0)
             thrust[i] = throttle * engine.static_thrust * share
         push = thrust[i] * direction_B
         force += push

@@ -26,13 +26,19 @@ _STEP = 1e-3
 STATIC_MARGIN = (0.05, 0.25)
 HORIZONTAL_VOLUME, VERTICAL_VOLUME = (0.3, 1.2), (0.015, 0.10)
 """Model aeroplanes to transports: D. P. Raymer, Aircraft Design, 6th ed., table 6.4, widened."""
+NO_TAIL = 1e-3
+"""Less than this volume is none: the slight dihedral of a level tail."""
 STRIP_WIDTH = (0.2, 1.0)
 """Of the chord. Wider ones blur the stall; much narrower ones cost time and say no more."""
-ROLL_RATE, PITCH_CHANGE = 0.05, 0.3
-"""Least p b/2V of full ailerons and change of Cm of full elevator."""
+ROLL_RATE, PITCH_CHANGE, LIFT_CHANGE = 0.05, 0.3, 1.5
+"""Least p b/2V of full ailerons and change of Cm of full elevator; less of that is enough where
+the static margin is so small that it changes the lift of trimmed flight by as much as this."""
 GYRATION = (0.25, 0.38, 0.39)
 """Radii over half the span, half the length and half their mean: Raymer, table 16.1."""
 GYRATION_FACTOR = 2.0
+POSITIVE = {'elevator': (1, -1.0, 'lifts the nose'), 'aileron': (0, 1.0, 'rolls to the left'),
+            'rudder': (2, -1.0, 'yaws to the right')}
+"""Which of Cl, Cm, Cn a control changes, with which sign, and what it does with the other one."""
 IN_WAKE = 0.1
 """Chords between a tail and the plane of the wing, below which the wake lies on it."""
 
@@ -62,15 +68,16 @@ class Planform:
 @dataclass(frozen=True, slots=True)
 class Survey:
     """
-    Planforms, the largest first; neutral point x in G [m]; static margin [chords].
+    Planforms, the largest first; neutral point x in G [m]; static margin in reference chords.
 
-    lift_slope [1/rad]; roll_damping, of p b/2V; authority : by control, the change of (Cl, Cm, Cn)
-    from its least to its greatest deflection, halved [-].
+    chord : that one [m]; lift_slope [1/rad]; roll_damping, of p b/2V; authority : by control, the
+    change of (Cl, Cm, Cn) from its least to its greatest deflection, halved [-].
     """
 
     planforms: tuple[Planform, ...]
     neutral_point: float
     static_margin: float
+    chord: float
     lift_slope: float
     roll_damping: float
     authority: Mapping[str, tuple[float, float, float]]
@@ -136,7 +143,13 @@ def survey(model: Model) -> Survey:
     margin = float(-pitch / lift)
     return Survey(
         _planforms(aircraft), aircraft.mass.cg_G[0] + margin * aircraft.reference.chord, margin,
-        float(lift), float(rolling), authority)
+        aircraft.reference.chord, float(lift), float(rolling), authority)
+
+
+def backwards(figures: Survey) -> tuple[str, ...]:
+    """Return the controls whose positive deflection does what sticks take for a negative one."""
+    return tuple(name for name, (axis, sign, _) in POSITIVE.items()
+                 if name in figures.authority and sign * figures.authority[name][axis] < 0.0)
 
 
 def _planforms(aircraft: Aircraft) -> tuple[Planform, ...]:
@@ -154,7 +167,7 @@ def findings(model: Model, figures: Survey) -> tuple[Finding, ...]:
     """Return what is odd about an aircraft, the gravest first."""
     aircraft = model.aircraft
     return (
-        *_balance(figures), *_tails(aircraft, figures), *_controls(aircraft, figures),
+        *_balance(figures), *_tails(figures), *_controls(aircraft, figures),
         *_masses(aircraft, figures), *_strips(model), *_sections(model),
         *(Finding('assumed', text, 'give it in an aircraft file, see poststall new')
           for text in aircraft.assumptions))
@@ -162,31 +175,51 @@ def findings(model: Model, figures: Survey) -> tuple[Finding, ...]:
 
 def _balance(figures: Survey) -> Iterator[Finding]:
     low, high = STATIC_MARGIN
-    margin = figures.static_margin
+    margin, neutral, chord = figures.static_margin, figures.neutral_point, figures.chord
+    what = (f'{100.0 * margin:.1f} % of the reference chord of {chord:.4g} m, the neutral point '
+            f'is at x = {neutral:.4g} m')
     if margin < low:
-        yield Finding('static margin', f'{100.0 * margin:.1f} % of the chord',
-                      'move the centre of gravity forward or enlarge the tail'
-                      + (': it diverges in pitch' if margin < 0.0 else ''))
+        yield Finding('static margin', what + (': it diverges in pitch' if margin < 0.0 else ''),
+                      f'move the centre of gravity forward, to x = {neutral - low * chord:.4g} m '
+                      f'for {100.0 * low:g} %'
+                      + (', or enlarge the tail' if _volumes(figures)[0] > NO_TAIL else ''))
     elif margin > high:
-        yield Finding('static margin', f'{100.0 * margin:.1f} % of the chord',
-                      'move the centre of gravity aft: it takes much elevator to slow down')
+        yield Finding('static margin', what,
+                      f'move the centre of gravity aft, to x = {neutral - high * chord:.4g} m for '
+                      f'{100.0 * high:g} %: it takes much elevator to slow down')
 
 
-def _tails(aircraft: Aircraft, figures: Survey) -> Iterator[Finding]:
+def _volumes(figures: Survey) -> tuple[float, float]:
+    """
+    Return the horizontal and the vertical volume of what stands behind the wing.
+
+    About the wing's quarter chord, Raymer's arm, which is the same wherever the centre of gravity
+    stands; a V-tail counts as both, by the squares of cosine and sine of its dihedral.
+    """
     wing, *others = figures.planforms
-    level = sum(each.volume for each in others if not each.upright)
-    upright = sum(each.volume for each in others if each.upright)
-    v_tail = any(abs(each.dihedral) > math.radians(20.0) for each in others)
-    for name, volume, (low, high) in (('horizontal', level, HORIZONTAL_VOLUME),
-                                      ('vertical', upright, VERTICAL_VOLUME)):
-        if name == 'vertical' and v_tail and not upright:
-            continue
-        if volume < low:
-            yield Finding(f'{name} tail volume', f'{volume:.3f}, ordinary are {low:g} to {high:g}',
-                          'enlarge the tail or move it aft, unless it is tailless on purpose')
-        elif volume > high:
-            yield Finding(f'{name} tail volume', f'{volume:.3f}, ordinary are {low:g} to {high:g}',
+    moments = [(each.area * max(each.quarter_x - wing.quarter_x, 0.0), each.dihedral)
+               for each in others]
+    level = sum(moment * math.cos(dihedral) ** 2 for moment, dihedral in moments)
+    upright = sum(moment * math.sin(dihedral) ** 2 for moment, dihedral in moments)
+    return level / (wing.area * wing.mean_chord), upright / (wing.area * wing.span)
+
+
+def _tails(figures: Survey) -> Iterator[Finding]:
+    wing, *others = figures.planforms
+    # Without a tail, or with a foreplane, the static margin says all that there is to say.
+    horizontal, vertical = _volumes(figures)
+    for name, volume, (low, high) in (('horizontal', horizontal, HORIZONTAL_VOLUME),
+                                      ('vertical', vertical, VERTICAL_VOLUME)):
+        what = f'{volume:.3f} about the quarter chord of {wing.name}, ordinary are {low:g} to ' \
+               f'{high:g}'
+        if volume > high:
+            yield Finding(f'{name} tail volume', what,
                           'check its area and arm: a larger tail is rare')
+        elif NO_TAIL < volume < low:
+            yield Finding(f'{name} tail volume', what, 'enlarge the tail or move it aft')
+    if vertical <= NO_TAIL:
+        yield Finding('vertical tail', f'there is none behind {wing.name}',
+                      'add a fin, unless it is to fly without: it turns the nose into the wind')
     for each in others:
         apart = abs(each.quarter_z - wing.quarter_z)
         if not each.upright and each.quarter_x > wing.quarter_x \
@@ -197,23 +230,30 @@ def _tails(aircraft: Aircraft, figures: Survey) -> Iterator[Finding]:
 
 
 def _controls(aircraft: Aircraft, figures: Survey) -> Iterator[Finding]:
-    authority = figures.authority
+    authority, backward = figures.authority, set(backwards(figures))
     if 'elevator' not in authority:
         yield Finding('elevator', f'there is none among {", ".join(authority) or "no controls"}',
                       'name the control that pitches elevator: trim moves that one')
     else:
         pitch = authority['elevator'][1]
-        if pitch > 0.0:
-            yield Finding('elevator', 'a positive deflection lifts the nose',
-                          'change the sign of its gains: positive is trailing edge down')
-        if abs(pitch) < PITCH_CHANGE:
+        steep = [surface.name for surface in aircraft.surfaces
+                 if surface.symmetric and planform(surface).upright]
+        on_steep = [each.surface for control in aircraft.controls if control.name == 'elevator'
+                    for each in control.effectors if each.surface in steep]
+        enough = min(PITCH_CHANGE, LIFT_CHANGE * max(figures.static_margin, STATIC_MARGIN[0]))
+        if on_steep and -enough < pitch:
+            backward.discard('elevator')
+            yield Finding(
+                'elevator', f'changes Cm by {pitch:+.2f} only: {on_steep[0]} is steeper than 45 '
+                'deg, where a positive angle is trailing edge left on both halves',
+                'give the elevator gain -1 on the right half and 1 on the left, the rudder 1 on '
+                'both')
+        elif abs(pitch) < enough:
             yield Finding('elevator', f'changes Cm by {abs(pitch):.2f} only',
                           'give it more chord, span or deflection to reach the stall')
-    for name, axis, sign, what in (('aileron', 0, 1.0, 'rolls to the left'),
-                                   ('rudder', 2, -1.0, 'yaws to the right')):
-        if name in authority and sign * authority[name][axis] < 0.0:
-            yield Finding(name, f'a positive deflection {what}',
-                          'change the sign of its gains, or sticks and autopilots work backwards')
+    for name in sorted(backward):
+        yield Finding(name, f'a positive deflection {POSITIVE[name][2]}',
+                      'change the sign of its gains, or sticks and autopilots work backwards')
     if 'aileron' in authority:
         rate = abs(authority['aileron'][0] / figures.roll_damping)
         if rate < ROLL_RATE:

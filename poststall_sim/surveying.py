@@ -43,7 +43,8 @@ def lines(figures: Survey) -> list[tuple[str, str]]:
         f'{axis} {value:+z.3f}' for axis, value in zip(('Cl', 'Cm', 'Cn'), values)
         if abs(value) > 5e-4)) for name, values in figures.authority.items())
     return [('neutral point', f'x = {figures.neutral_point:.4g} m'),
-            ('static margin', f'{100.0 * figures.static_margin:.1f} % of the mean chord'),
+            ('static margin', f'{100.0 * figures.static_margin:.1f} % of the reference '
+             f'chord of {figures.chord:.4g} m'),
             ('lift slope', f'{figures.lift_slope:.3f} per rad'),
             ('roll damping', f'Cl_p = {figures.roll_damping:.3f}'),
             *((f'full {name}', what or 'nothing') for name, what in authority)]

@@ -131,15 +131,20 @@ def pushed(model: Model, trial: Trim, density: float, failed: frozenset[str]) ->
     return propulsion.balanced(aircraft, meeting, failed)
 
 
+def onset_of(model: Model, flown: Trim, density: float) -> Onset:
+    """Return the air that a flight meets, the slipstream of its push in it."""
+    streams = [] if flown.push is None else slipstream.streams(
+        model.aircraft, model.lattice, flown.push.readings, density)
+    return Onset(body_to_geometry(-flown.velocity_B), body_to_geometry(flown.rates_B),
+                 slipstream.blown(streams))
+
+
 def in_air(model: Model, trial: Trim, air: Air, delta0: FloatArray | None) -> Trim:
-    """Return a flight with the loads of the air, the slipstream of its push in it."""
-    streams = [] if trial.push is None else slipstream.streams(
-        model.aircraft, model.lattice, trial.push.readings, air.density)
-    onset = Onset(body_to_geometry(-trial.velocity_B), body_to_geometry(trial.rates_B),
-                  slipstream.blown(streams))
+    """Return a flight with the loads of the air."""
     flown = model.at(trial.airspeed, air.kinematic_viscosity, trial.controls.deflections)
     return replace(trial, aero=solver.steady(
-        flown, onset, trial.controls.deflections, density=air.density, delta0=delta0))
+        flown, onset_of(model, trial, air.density), trial.controls.deflections,
+        density=air.density, delta0=delta0))
 
 
 def balance(model: Model, found: Trim) -> tuple[FloatArray, float]:
@@ -275,14 +280,20 @@ class _Search:
                           f'limits are {math.degrees(low):g} and {math.degrees(high):g}')
         worst, throttle = np.abs(found.residual).max(), found.controls.throttle
         if worst > ACCEPTED:
-            return f'no balance found, residual {worst:.1e} of the weight' + at_limit
+            idle = set(self.model.aircraft.engine_names) - self.failed and not self._full(found)
+            return (f'no balance found, residual {worst:.1e} of the weight' + at_limit
+                    + f', without any thrust at {found.airspeed:.1f} m/s' * bool(idle))
         if not beyond and not 0.0 <= throttle <= 1.0:
-            full = pushed(self.model, self.moved(found, {'throttle': 1.0}), self.air.density,
-                          self.failed).force_B
-            push = math.copysign(float(np.linalg.norm(full)), full[0])
+            push = self._full(found)
             return (f'the throttle would have to stand at {throttle:.2f}, it goes from 0 to 1 '
                     f'({push:.1f} N at full throttle and this airspeed)')
         return beyond
+
+    def _full(self, found: Trim) -> float:
+        """Return the thrust at full throttle [N], below 0 where it brakes."""
+        full = pushed(self.model, self.moved(found, {'throttle': 1.0}), self.air.density,
+                      self.failed).force_B
+        return math.copysign(float(np.linalg.norm(full)), full[0])
 
 
 def straight(model: Model, *, airspeed: float, altitude: float, climb_angle: float = 0.0,

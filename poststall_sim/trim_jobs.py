@@ -92,7 +92,17 @@ def manoeuvres(model: Model, tasks: Iterable[Task], *, altitude: float) -> Itera
         if before is not None and found.status is not Status.CONVERGED:
             found = manoeuvre.steady(model, task, altitude=altitude)
         before = found if found.status is Status.CONVERGED else None
-        yield trim_result(model, found, 'steady', altitude)
+        row = trim_result(model, found, 'steady', altitude)
+        yield {**row, 'message': row['message'] + _advice(task, found)}
+
+
+def _advice(task: Task, missed: Trim) -> str:
+    """Return what to try where a stuck elevator does not fly what is asked for."""
+    stuck = trims.PITCH_CONTROL in task.held and missed.status is not Status.CONVERGED
+    if not stuck or (task.airspeed is None and task.alpha is None):
+        return ''
+    return ('; with a stuck elevator flight along a line has hardly more than one airspeed and '
+            'one angle of attack: leave both open to find them, or bank')
 
 
 def pulling(task: Task, load_factor: float) -> Task:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 FOLDER = Path(__file__).resolve().parents[1] / 'config' / 'airfoils'
-NAMES = ('naca0012_re3e5', 'naca0012_reflex_re3e5', 'naca4415_re3e6', 'naca4415_re4e5')
+NAMES = ('naca0012_re3e5', 'naca0012_re3e6', 'naca0012_reflex_re3e5', 'naca4415_re3e6',
+         'naca4415_re4e5')
 
 
 def read(name):
@@ -103,8 +104,9 @@ def test_curves_have_no_kinks(name):
         assert np.abs(np.diff(slope) / np.diff(middle)).max() < 0.05
 
 
-def test_symmetric_section_is_odd_to_the_printed_digit():
-    alpha, cl, cd, cm = columns('naca0012_re3e5')
+@pytest.mark.parametrize('symmetric', ['naca0012_re3e5', 'naca0012_re3e6'])
+def test_symmetric_section_is_odd_to_the_printed_digit(symmetric):
+    alpha, cl, cd, cm = columns(symmetric)
     assert np.array_equal(alpha, -alpha[::-1])
     assert np.array_equal(cl, -cl[::-1])
     assert np.array_equal(cd, cd[::-1])
@@ -130,6 +132,7 @@ def test_gentle_curve_has_the_decambering_of_the_rans_solution():
     ('naca4415_re3e6', (1.6, 1.7), (15.0, 16.0)),    # Theory of Wing Sections: 1.6 to 1.65
     ('naca4415_re4e5', (1.35, 1.45), (13.0, 15.0)),
     ('naca0012_re3e5', (1.05, 1.15), (11.0, 13.0)),
+    ('naca0012_re3e6', (1.35, 1.50), (14.0, 16.0)),  # between a smooth and a rough section
 ])
 def test_greatest_lift_lies_where_wind_tunnels_put_it(name, clmax, angle):
     peak, at = stall_peak(name)
@@ -139,7 +142,7 @@ def test_greatest_lift_lies_where_wind_tunnels_put_it(name, clmax, angle):
 
 @pytest.mark.parametrize(('name', 'alpha_0l'), [
     ('naca4415_re3e6', (-4.4, -4.1)), ('naca4415_re4e5', (-4.4, -4.1)),
-    ('naca0012_re3e5', (0.0, 0.0)),
+    ('naca0012_re3e5', (0.0, 0.0)), ('naca0012_re3e6', (0.0, 0.0)),
 ])
 def test_attached_lift_is_near_the_potential_line(name, alpha_0l):
     alpha, cl, _, _ = columns(name)
@@ -157,7 +160,7 @@ def test_lift_falls_once_and_gently(name):
     at = stall_peak(name)[1]
     assert slope[(middle > -10.0) & (middle < at)].min() > 0.0
     end = {'naca4415_re3e6': 25.0, 'naca4415_re4e5': 23.0, 'naca0012_re3e5': 18.0,
-           'naca0012_reflex_re3e5': 20.0}[name]
+           'naca0012_re3e6': 21.0, 'naca0012_reflex_re3e5': 20.0}[name]
     assert slope[(middle > at) & (middle < end)].max() < 0.0
 
 

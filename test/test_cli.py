@@ -95,7 +95,7 @@ def test_as_a_user_runs_it(tmp_path):
     (['polar', '--ell', '-1'], 'ell must be 0 to 10 chords'),
     (['polar', '--ell', '=2'], 'expected N or NAME=N'),
     (['polar', '--strips', 'wing=7'], 'even on a symmetric surface, got 7'),
-    (['polar', '--strips', 'wing=x'], "expected a whole number, got 'x'"),
+    (['polar', '--strips', 'wing=x'], "expected a whole number from 0 on, got 'x'"),
     (['polar', '--starts', '-3'], 'expected a whole number'),
     (['trim'], 'trim needs --airspeed (powered), --alpha (glide) or both'),
     (['trim', '--airspeed', '-5'], 'must be 0.1 to 400, got -5'),
@@ -165,8 +165,9 @@ def test_polar_writes_every_point_with_its_strips(tmp_path):
     assert [p['alpha_deg'] for p in found['points']] == pytest.approx([2.0, 8.0, 14.0, 20.0])
     for point in found['points']:
         assert set(point) == {
-            'alpha_deg', 'beta_deg', 'CL', 'CD', 'CY', 'Cl', 'Cm', 'Cn', 'iterations', 'status',
-            'max_residual', 'uniqueness', 'flags', 'stalled_strips', 'strips'}
+            'alpha_deg', 'beta_deg', 'CL', 'CD', 'CY', 'Cl', 'Cm', 'Cn', 'CDi_far',
+            'iterations', 'status', 'max_residual', 'uniqueness', 'flags', 'stalled_strips',
+            'strips'}
         assert point['status'] == 'converged' and point['max_residual'] <= 1e-5
         assert set(point['strips']) == {
             'surface', 'y_m', 'alpha_deg', 'cl', 'delta_deg', 'residual', 'stalled'}
@@ -208,7 +209,7 @@ def test_local_closure_and_its_options_reach_the_solver(tmp_path):
     assert (found['closure'], found['scheme']) == ('local', 'robust')
     assert found['settings'] == {
         'panels': 6, 'closure': 'local', 'strips': {'wing': 20, 'tail': 8, 'fin': 5},
-        'ell_chords': 1.0, 'decambering': True, 'axial_wake': False,
+        'ell_chords': 1.0, 'decambering': True, 'axial_wake': False, 'as_avl': False,
         'angle_form': 'exact', 'damping': 1.0,
         'symmetric': False, 'tolerance': models.Settings().tolerance,
         'limit': models.Settings().limit}

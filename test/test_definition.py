@@ -426,7 +426,7 @@ MUTATIONS = {
                      'hinge: 0.6, gain: 1.0}', 'effectors: []',
                      r'controls.elevator: control elevator: .*needs an effector'),
     'no surfaces': (PLANE[PLANE.index('surfaces:'):PLANE.index('controls:')],
-                    'surfaces: []\n', r'must be one of nothing, got .wing.'),
+                    'surfaces: []\n', r'surfaces: must be a list of at least one surface, got'),
     'thrust of nothing': ('static_thrust_N: 35.0', 'static_thrust_N: 0.0',
                           r'engines\[0\].static_thrust_N: must be above 0, got 0.0'),
     'thrust to nowhere': ('direction: [-1.0, 0.0, 0.0]', 'direction: [0, 0, 0]',

@@ -62,6 +62,32 @@ def test_derivatives_are_slopes_of_the_polar_past_the_stall_and_in_sideslip(mode
         assert told == pytest.approx(slopes(model, point, name), abs=1e-4), name
 
 
+def test_about_stability_axes_they_are_those_of_a_body_that_turns_about_them(model):
+    """A steady roll about the wind is p cos alpha and p sin alpha about the body's axes."""
+    alpha = math.radians(6.0)
+    exact = dataclasses.replace(model, settings=dataclasses.replace(
+        model.settings, tolerance=1e-10))
+    told, = derivative_analysis.along(
+        exact, [alpha], beta=math.radians(2.0), deflected=np.zeros(3), airspeed=15.0,
+        altitude=0.0, axes=derivative_analysis.Axes.STABILITY)
+
+    def moments(rates=(0.0, 0.0, 0.0), change=0.0):
+        found = polar.point(exact, polar.Condition(
+            alpha + change, math.radians(2.0), np.array(rates), np.zeros(3)), airspeed=15.0,
+            density=DENSITY).coefficients
+        c, s = math.cos(alpha + change), math.sin(alpha + change)
+        return np.array([c * found.Cl + s * found.Cn, c * found.Cn - s * found.Cl, found.CY])
+
+    c, s = math.cos(alpha), math.sin(alpha)
+    slopes = {'p': (moments((STEP * c, 0.0, STEP * s)) - moments((-STEP * c, 0.0, -STEP * s))),
+              'r': (moments((-STEP * s, 0.0, STEP * c)) - moments((STEP * s, 0.0, -STEP * c))),
+              'alpha': moments(change=STEP) - moments(change=-STEP)}
+    for name, change in slopes.items():
+        assert [told['derivatives'][f'{key}_{name}'] for key in ('Cl', 'Cn', 'CY')] \
+            == pytest.approx(change / (2.0 * STEP), abs=1e-4), name
+    assert [told['coefficients'][key] for key in ('Cl', 'Cn', 'CY')] == pytest.approx(moments())
+
+
 def test_moments_about_the_neutral_point_do_not_change_with_alpha(tmp_path):
     words = ['derivatives', '--alpha', '2', '--json', str(tmp_path / 'd.json')]
     assert cli.main(words) == 0

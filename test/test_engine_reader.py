@@ -130,15 +130,21 @@ MISTAKES = {
     'free power': (ELECTRIC, ('coefficients', 1, 2), 0.02,
                    r'coefficients: the thrust must not do more work than the shaft.* J = 0.4'),
     'both tables': (ELECTRIC, ('blades',), {}, r'expected either blades or coefficients'),
-    'no inertia': (ELECTRIC, ('inertia_kgm2',), 0.0, r'inertia of what a motor turns must be'),
+    'no inertia': (ELECTRIC, ('inertia_kgm2',), 0.0, r'inertia_kgm2: must be above 0, got 0.0'),
+    'a governor with a battery': (PITCHED, ('battery',), {'voltage_V': 25.2, 'capacity_Ah': 5.0},
+                                  r'battery: is of a motor: expected the key motor beside'),
     'swirl alone': (ELECTRIC, ('slipstream',), False, r'swirl is of a slipstream: it needs'),
-    'a motor and a governor': (ELECTRIC, ('rpm',), 9000.0, r'unknown key rpm'),
+    'a motor and a governor': (ELECTRIC, ('rpm',), 9000.0,
+                               r'\].rpm: expected either a motor, .*got both: motor and 9000.0'),
+    'a motor with a time': (ELECTRIC, ('spool_time_s',), 0.3, r'\].spool_time_s: expected eith'),
     'battery that fills': (ELECTRIC, ('battery', 'empty_voltage_V'), 26.0,
                            r'engines\[0\].battery: empty_voltage must be above 0 and at most'),
     'capacity in mAh': (ELECTRIC, ('battery', 'capacity_mAh'), 5000.0,
                         r'battery: unknown key capacity_mAh .*did you mean capacity_Ah'),
     'sideways': (ELECTRIC, ('rotation',), 'left', r'rotation: must be one of clockwise, counter'),
     'a name of two words': (ELECTRIC, ('name',), 'the nose', r'name: must be a name of letters'),
+    'pitch and stations': (PITCHED, ('blades', 'stations'), [],
+                           'blades: expected either pitch_m'),
     'hub beyond the tip': (PITCHED, ('blades', 'hub_radius_m'), 0.3,
                            r'blades.hub_radius_m: must be below the radius of 0.2 m'),
     'no such airfoil': (PITCHED, ('blades', 'airfoil'), 'clark_y',
@@ -162,6 +168,16 @@ def test_a_mistake_is_said_in_one_line_that_names_its_place(case):
         read(replaced({**engine, path[0]: engine.get(path[0])}, path, value))
     assert str(caught.value).startswith('plane.yaml: engines[0]')
     assert '\n' not in str(caught.value)
+
+
+@pytest.mark.parametrize('engine, gone, message', [
+    (ELECTRIC, 'inertia_kgm2', r'inertia_kgm2: must be there where a motor turns'),
+    (ELECTRIC, 'battery', r'motor: expected the key battery beside a motor'),
+    (PITCHED, 'rpm', r'engines\[0\]: expected what turns the propeller: motor and batte'),
+    (PITCHED, 'spool_time_s', r'engines\[0\]: key spool_time_s must be there')])
+def test_what_a_propeller_cannot_do_without_is_named(engine, gone, message):
+    with pytest.raises(ConfigError, match=message):
+        read(without(engine, gone))
 
 
 def test_blades_take_the_section_of_the_least_reynolds_number_without_a_flap():

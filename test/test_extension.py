@@ -166,7 +166,13 @@ def test_reversed_drag_keeps_a_third_of_the_suction():
 
 
 def test_points_without_targets_keep_their_own_stall():
-    """Taken to 2 deg beyond the top; where they end before it, the curve goes on a little."""
+    """
+    Taken to 2 deg beyond the top; where they end before it, the curve goes on a little.
+
+    The top is 2 deg within what is taken and 14 from the plate, so that blend and Gaussian take
+    less than a thousandth of it. Where points end rising, the curve levels off over 3 deg: above
+    their end, below the plateau of the exponential, slope times 3 deg higher.
+    """
     whole, short = points(), points(high=9.0)
     own = stall_of(whole, softness=1.0 * DEG)
     top = whole.alpha[np.argmax(whole.cl)]
@@ -174,8 +180,10 @@ def test_points_without_targets_keep_their_own_stall():
     made = [airfoil_report.figures(section_polar(extend(
         each, stall_of(each, softness=DEG), stall_of(each.upside_down, softness=DEG)).airfoil))
         for each in (whole, short)]
-    assert made[0].positive.cl == pytest.approx(whole.cl.max(), abs=0.02)
-    assert 1.0 < made[1].positive.cl / short.cl.max() < 1.4
+    assert made[0].positive.cl == pytest.approx(whole.cl.max(), rel=1e-3)
+    assert short.cl[-1] == short.cl.max()
+    slope = (short.cl[-1] - short.cl[-2]) / (short.alpha[-1] - short.alpha[-2])
+    assert short.cl[-1] < made[1].positive.cl < short.cl[-1] + slope * 3.0 * DEG
 
 
 def test_targets_alone_lead_to_a_curve_that_meets_them():

@@ -41,7 +41,7 @@ from poststall_sim.topics import Qos
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
 
 STATE, STRIPS = ('rates.state', 50.0), ('rates.strips', 20.0)
-RELIABLE, LATCHED = Qos(10), Qos(1, latched=True)
+RELIABLE, LATCHED, SENSOR = Qos(10), Qos(1, latched=True), Qos(5, reliable=False)
 ARRAY = 'std_msgs/msg/Float64MultiArray'
 WRENCH, TWIST = 'geometry_msgs/msg/WrenchStamped', 'geometry_msgs/msg/TwistStamped'
 
@@ -73,7 +73,14 @@ PUBLISHED = {
     '/tf_static': ('tf2_msgs/msg/TFMessage', ('', 0.0), LATCHED),
     'odom_ned': ('nav_msgs/msg/Odometry', ('rates.ned', 50.0), RELIABLE),
     'wrench_frd': (WRENCH, ('rates.ned', 50.0), RELIABLE),
+    'sensors/imu': ('sensor_msgs/msg/Imu', ('sensors.imu.rate', 0.0), SENSOR),
+    'sensors/gps': ('sensor_msgs/msg/NavSatFix', ('sensors.gps.rate', 0.0), SENSOR),
+    'sensors/pitot': ('sensor_msgs/msg/FluidPressure', ('sensors.pitot.rate', 0.0), SENSOR),
+    'sensors/barometer': (
+        'sensor_msgs/msg/FluidPressure', ('sensors.barometer.rate', 0.0), SENSOR),
 }
+OF_SOME_AIRCRAFT = {'battery'}
+"""Shown over DDS by `test_ros_engines`: the trainer has no battery."""
 COMMAND, LATEST = Qos(32, reliable=False), Qos(1, reliable=False)
 SUBSCRIBED = {
     'autopilot/surface_cmd': ('sensor_msgs/msg/JointState', COMMAND),
@@ -95,6 +102,12 @@ WRITABLE = {
     'decambering.enabled': True, 'step_count': 1, 'reset.time': False, 'flight_file': '',
     'joy.deadband': 0.05, 'joy.scale.aileron': -0.35, 'joy.scale.elevator': 0.35,
     'joy.scale.rudder': 0.35, 'joy.scale.throttle': 1.0,
+    'engine_failures': '', 'failures': [''],
+    'wind.shear.law': 'none', 'wind.shear.exponent': 0.143, 'wind.shear.roughness': 0.6096,
+    'wind.shear.reference_height': 6.096, 'wind.gust.velocity': [0.0, 0.0, 2.0],
+    'wind.gust.length': 10.0, 'wind.gust.distance': 5.0, 'wind.gust.shape': 'one_minus_cosine',
+    'wind.turbulence.intensity': 'none', 'wind.turbulence.sigma': 0.0,
+    'wind.turbulence.model': 'dryden', 'wind.turbulence.seed': 0,
 }
 FIXED = {
     'aircraft': 'trainer', 'dt': 0.0, 'max_steps_per_wake': 10, 'start_paused': False,
@@ -109,10 +122,29 @@ FIXED = {
     'joy.buttons.pause': 7, 'joy.buttons.reset': 6, 'joy.buttons.trim': 0, 'uvlm.chordwise': 4,
     'uvlm.spanwise': 0, 'uvlm.wake_length': 0.0, 'decambering.closure': 'nonlocal',
     'decambering.ell': 1.0, 'decambering.tolerance': 1e-5, 'decambering.max_iterations': 200,
+    'uvlm.wake': 'prescribed', 'uvlm.free_rows': 16, 'uvlm.free_every': 2,
+    'uvlm.precision': 'float32', 'uvlm.coarsen': True, 'uvlm.interpolate': True,
+    'ground.effect': False, 'separation.law': 'quasi_steady', 'separation.lag': 3.0,
+    'separation.relaxation': 0.5, 'separation.delay': 4.5,
+    'atmosphere.temperature_offset': 0.0, 'atmosphere.sea_level_pressure': 101325.0,
+    'atmosphere.density': 0.0, 'origin.latitude': 0.0, 'origin.longitude': 0.0,
+    'origin.altitude': 0.0, 'sensors.seed': 1,
+    'sensors.imu.delay': 0.0, 'sensors.imu.accel_noise': 0.05, 'sensors.imu.gyro_noise': 0.005,
+    'sensors.imu.accel_bias': [0.0, 0.0, 0.0], 'sensors.imu.gyro_bias': [0.0, 0.0, 0.0],
+    'sensors.gps.delay': 0.1, 'sensors.gps.noise': [1.0, 1.0, 2.0],
+    'sensors.gps.bias': [0.0, 0.0, 0.0],
+    'sensors.pitot.delay': 0.0, 'sensors.pitot.noise': 2.0, 'sensors.pitot.bias': 0.0,
+    'sensors.barometer.delay': 0.0, 'sensors.barometer.noise': 5.0,
+    'sensors.barometer.bias': 0.0,
     'use_sim_time': False,
     'surfaces': ['aileron', 'elevator', 'rudder', 'throttle'],
     **{parameter: rate for _, (parameter, rate), _ in PUBLISHED.values() if parameter},
 }
+FROM_ROS = {'use_sim_time', 'start_type_description_service'}
+OF_THE_AIRCRAFT = {'strip_names'}
+"""As many as its strips: held to what is published by `test_ros_topics`."""
+OFF = {name: 20.0 for _, (name, rate), _ in PUBLISHED.values() if name and rate == 0.0}
+"""Rates of what is off unless it is asked for, as asked for here."""
 DIAGNOSED = {
     'flight': {'paused', 'paused_reason', 'optional_parts_missing'},
     'pace': {'real_time_factor_asked', 'real_time_factor', 'step_time_mean_us', 'lag_max_ms',
@@ -131,13 +163,20 @@ def test_the_tables_of_topics_hold_every_row():
         found = published[name]
         assert (found.type, found.rate.parameter, found.qos) == (kind, parameter, qos), name
         assert found.rate.default == rate, name
+    assert published.keys() == PUBLISHED.keys()
     assert {topic.name: (topic.type, topic.qos) for topic in inlets.SUBSCRIBED} == SUBSCRIBED
 
 
 def test_the_graph_has_every_row_and_each_parameter_is_described_checked_and_guarded(start, probe):
-    """One simulator as it comes, but paused; a stick is listened to."""
-    start('simulator', ros=['-p', 'start_paused:=true', '-p', 'joy.enabled:=true',
-                            '-p', 'rates.diagnostics:=20.0'])
+    """
+    One simulator as it comes, but paused; a stick is listened to, nothing is off.
+
+    There is no name in the graph and no parameter that is not written out here.
+    """
+    changed = {'start_paused': True, 'joy.enabled': True, 'rates.diagnostics': 20.0,
+               'publish_ned': True, **OFF}
+    start('simulator', ros=[part for name, value in changed.items()
+                            for part in ('-p', f'{name}:={str(value).lower()}')])
     reports = Reports(probe)
     for name, keys in DIAGNOSED.items():
         assert keys <= reports.keys(name), name
@@ -153,7 +192,7 @@ def test_the_graph_has_every_row_and_each_parameter_is_described_checked_and_gua
                 if info.node_name == 'simulator']
 
     on = {name for name, (kind, _, _) in PUBLISHED.items()
-          if available(kind) and name not in ('battery', 'odom_ned', 'wrench_frd')}
+          if available(kind)} - OF_SOME_AIRCRAFT
     probe.spin_until(lambda: all(map(publishers, on)) and all(
         map(probe.node.count_subscribers, SUBSCRIBED)) and {f'/{name}' for name in SERVICES} <= {
             name for name, _ in probe.node.get_service_names_and_types()}, 'the graph')
@@ -167,16 +206,30 @@ def test_the_graph_has_every_row_and_each_parameter_is_described_checked_and_gua
     assert {name: offered[f'/{name}'] for name in SERVICES} == {
         name: [kind] for name, kind in SERVICES.items()}
 
+    def named(asked):
+        """Return the names that the simulator has of something, and nobody else's."""
+        return {name for name, _ in asked('simulator', '/')}
+
+    def absolute(names):
+        return {name if name.startswith('/') else f'/{name}' for name in names}
+
+    node = probe.node
+    assert named(node.get_publisher_names_and_types_by_node) == absolute(on) | {
+        '/rosout', '/parameter_events'}
+    assert named(node.get_subscriber_names_and_types_by_node) - {
+        '/parameter_events'} == absolute(SUBSCRIBED)
+    assert {name for name in named(node.get_service_names_and_types_by_node)
+            if not name.startswith('/simulator/')} == absolute(SERVICES)
+
     names = probe.call(ListParameters, '/simulator/list_parameters').result.names
     described = dict(zip(names, probe.call(
         DescribeParameters, '/simulator/describe_parameters', names=names).descriptors))
     values = dict(zip(names, map(parameter_value_to_python, probe.call(
         GetParameters, '/simulator/get_parameters', names=names).values)))
-    changed = {'start_paused': True, 'joy.enabled': True, 'rates.diagnostics': 20.0}
     expected = {**WRITABLE, **FIXED, **changed}
+    assert set(names) | FROM_ROS == {*expected, *FROM_ROS, *OF_THE_AIRCRAFT}
     assert {name: values[name] for name in expected} == expected
-    ours = {name: each for name, each in described.items() if name not in (
-        'use_sim_time', 'start_type_description_service')}
+    ours = {name: each for name, each in described.items() if name not in FROM_ROS}
     assert not any(ours[name].read_only for name in WRITABLE)
     assert all(each.read_only for name, each in ours.items() if name in FIXED)
     for name, each in ours.items():

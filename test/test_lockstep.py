@@ -3,6 +3,8 @@
 """Lock-step over DDS: one command, one turn; the same commands, the same bytes."""
 
 import math
+import signal
+import time
 
 import pytest
 
@@ -40,10 +42,14 @@ class Tape:
     def __init__(self, probe, shown):
         self.probe = probe
         self.heard = {topic.name: [] for topic in shown}
+        self._numbers = {topic.name: [] for topic in shown}
         self.in_step = [name for name in IN_STEP if name in self.heard]
         for topic in shown:
+            def hear(data, info, name=topic.name):
+                self.heard[name].append(data)
+                self._numbers[name].append(info['publication_sequence_number'])
             probe.node.create_subscription(
-                messages.message_class(topic.type), topic.name, self.heard[topic.name].append,
+                messages.message_class(topic.type), topic.name, hear,
                 messages.qos_profile(topics.Qos(1000, topic.qos.reliable, topic.qos.latched)),
                 raw=True)
         probe.spin_until(lambda: all(self.heard[topic.name] for topic in shown
@@ -53,9 +59,11 @@ class Tape:
         probe.spin_until(
             lambda: len(self.heard[topics.CLOCK.name]) > seen + 5, 'the clock of standing time')
         self.joints = deserialize_message(self.heard[JOINTS][0], JointState)
+        self._before = {name: numbers[-1] for name, numbers in self._numbers.items() if numbers}
         for topic in shown:
             if topic.rate not in (topics.Rate.ONCE, topics.Rate.CLOCK):
                 self.heard[topic.name].clear()
+                self._numbers[topic.name].clear()
 
     def steps(self):
         return len(self.heard[JOINTS])
@@ -65,6 +73,11 @@ class Tape:
         latest = self.heard[JOINTS][-1:]
         return nanoseconds(
             deserialize_message(latest[0], JointState).header.stamp) if latest else 0
+
+    def by_step(self, name):
+        """Return the bytes of a topic that has one message a step, by the number of the step."""
+        return {number - self._before[name]: data
+                for number, data in zip(self._numbers[name], self.heard[name])}
 
     def complete(self, count):
         """Wait for so many messages of every topic that has one a step; return bytes by topic."""
@@ -173,6 +186,55 @@ def test_the_same_commands_give_the_same_bytes_at_any_speed(start, probe, anothe
     assert clocks <= times and slow_clocks <= times and fast.time_ns() in clocks
     stalled = deserialize_message(first['strip_stalled'][-1], Float64MultiArray)
     assert any(stalled.data)   # it was no cruise that was compared
+
+
+def with_autopilot(start):
+    """Start a simulator, paused in a bank, and the example autopilot; return both."""
+    return start('simulator', ros=[
+        '-p', 'lockstep:=command', '-p', 'start_paused:=true', '-p', 'initial.trim:=false',
+        '-p', 'initial.euler_deg:=[-35.0, 12.0, 0.0]', *EVERYTHING]), start(
+            'autopilot', ros=['-p', 'lockstep:=true'])
+
+
+def flown_by_autopilot(simulator, autopilot, probe, count, *, slowly):
+    """
+    Return the tape of so many steps.
+
+    slowly : the simulator stands still, as a process, again and again.
+    """
+    autopilot.wait_for('flies aileron')
+    tape = Tape(probe, SHOWN)
+    assert probe.call(SetBool, 'pause', data=False).success
+    while slowly and tape.steps() < count:
+        simulator.send(signal.SIGSTOP)
+        until = time.monotonic() + 0.02
+        probe.spin_until(lambda until=until: time.monotonic() > until)
+        simulator.send(signal.SIGCONT)
+        steps = tape.steps()
+        probe.spin_until(lambda steps=steps: tape.steps() > steps, 'another step')
+    tape.complete(count)
+    return tape
+
+
+def test_with_an_autopilot_in_the_loop_the_same_bytes_come_twice_at_any_speed(
+        start, probe, another_graph):
+    """Those two wait for each other but not for who listens: of what he missed nothing is said."""
+    count = 50
+    start_other, other = another_graph
+    one, two = with_autopilot(start), with_autopilot(start_other)
+    fast = flown_by_autopilot(*one, probe, count, slowly=False)
+    slow = flown_by_autopilot(*two, other, count, slowly=True)
+    for topic in SHOWN:
+        if topic.rate in (topics.Rate.ONCE, topics.Rate.CLOCK):
+            continue
+        each = [tape.by_step(topic.name) if topic.name in IN_STEP
+                else by_time(topic, tape.heard[topic.name]) for tape in (fast, slow)]
+        common = each[0].keys() & each[1].keys()
+        assert len(common) >= count // 5, topic.name
+        assert all(each[0][key] == each[1][key] for key in common), topic.name
+    told = [deserialize_message(data, JointState) for data in fast.heard[JOINTS]]
+    ailerons = [each.position[each.name.index('aileron')] for each in told]
+    assert max(ailerons) > 0.02   # it was flown: from a bank to the left, stick to the right
 
 
 def test_two_who_fly_in_lockstep_are_both_heard_and_the_first_of_a_state_moves_it(start, probe):

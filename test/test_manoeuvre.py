@@ -222,13 +222,31 @@ def test_command_line_asks_for_all_of_them(tmp_path, capsys, monkeypatch):
     assert 'bank' not in capsys.readouterr().out.splitlines()[-3]
 
 
+def test_a_stuck_elevator_at_a_given_airspeed_opens_the_climb_angle(tmp_path):
+    """
+    The moments leave it one angle of attack, the weight W cos(climb) then hardly an airspeed.
+
+    What the thrust takes of the weight moves that a little: from level flight to half throttle.
+    """
+    level, = result(tmp_path, '--hold', 'elevator=-3')
+    climbing, = result(tmp_path, '--hold', 'elevator=-3', '--throttle', '0.5')
+    slow, fast = climbing['airspeed_m_s'], level['airspeed_m_s']
+    middle, = result(tmp_path, '--hold', 'elevator=-3', '--airspeed', str(0.5 * (slow + fast)))
+    assert middle['trimmed'] and middle['controls']['elevator_deg'] == pytest.approx(-3.0)
+    assert 0.5 < middle['climb_angle_deg'] < climbing['climb_angle_deg'] - 0.5
+    assert level['throttle'] < middle['throttle'] < 0.5
+    beyond, = result(tmp_path, '--hold', 'elevator=-3', '--airspeed', '15', code=1)
+    assert beyond['message'].endswith('leave both open to find them, or bank')
+
+
 @pytest.mark.parametrize('words, said', [
     (['--airspeed', '15', '--all', '--turn', '5'], '--all is of straight flight'),
     (['--alpha', '4', '--pull-up', '2'], '--pull-up is of an airspeed'),
     (['--airspeed', '15', '--climb', '2', '--throttle', '1'], 'give one, the other is found'),
     (['--airspeed', '15', '--alpha', '4', '--turn', '5'], 'give one of them'),
     (['--airspeed', '15', '--hold', 'rudder=40'], 'rudder goes from -25 to 25 deg, got 40'),
-    (['--airspeed', '15', '--hold', 'elevator=0'], 'leave another open')])
+    (['--airspeed', '15', '--hold', 'elevator=0', '--climb', '2'], 'leave another open'),
+    (['--airspeed', '15', '--hold', 'throttle=1'], 'is --throttle X, 0 to 1')])
 def test_options_that_do_not_go_together_are_refused(words, said, capsys):
     assert cli.main(['trim', *FEW, *words]) == 2
     assert said in capsys.readouterr().err

@@ -1,6 +1,10 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
-"""What is not installed is said once, and everything else goes on."""
+"""
+What is not installed is said once, and everything else goes on.
+
+What is offered where simulation_interfaces is installed: `test_simulation_interfaces`.
+"""
 
 import ast
 import importlib

@@ -235,7 +235,8 @@ def test_solutions_are_counted_and_flagged(tmp_path, capsys):
 
 
 def test_a_point_that_may_not_be_unique_is_marked_in_the_table():
-    point = {'alpha_deg': 20.0, **dict.fromkeys(jobs.COEFFICIENTS, 0.0), 'status': 'converged',
+    point = {'alpha_deg': 20.0, **dict.fromkeys(jobs.COEFFICIENTS, 0.0), 'CDi_far': 0.0,
+             'status': 'converged',
              'stalled_strips': 3, 'strips': {'cl': [0.0] * 5}, 'iterations': 4,
              'max_residual': 1e-6, 'uniqueness': -0.25, 'flags': ['MAY_NOT_BE_UNIQUE']}
     assert _row(point)[-3:] == ['1e-06', '-0.250', 'converged MAY_NOT_BE_UNIQUE']

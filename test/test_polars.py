@@ -12,7 +12,7 @@ from poststall_sim.aero import polars
 from poststall_sim.aero.polars import GRID, mixture, section, section_polar
 from poststall_sim.aircraft import Airfoil, ConfigError
 
-NAMES = ('naca0012_re3e5', 'naca4415_re3e6', 'naca4415_re4e5')
+NAMES = ('naca0012_re3e5', 'naca0012_re3e6', 'naca4415_re3e6', 'naca4415_re4e5')
 STEP = 2.0 * math.pi / GRID
 
 

@@ -169,7 +169,7 @@ def test_a_control_that_avl_has_no_words_for(trainer):
 
 @pytest.mark.parametrize('settings, message', [
     ({'wake_length': 0.0}, 'wake_length must be above 0 m, got 0.0'),
-    ({'axial_wake': True}, 'the axial wake is for steady flow'),
+    ({'axial_wake': True}, "the axial wake and AVL's rules are for steady flow"),
     ({'core': 0.0}, 'core must be 0.001 to 1 strip widths, got 0.0'),
     ({'angle_form': AngleForm.LINEAR, 'separation': Separation.LAG}, 'separation lag is for'),
     ({'tolerance': 0.0}, 'tolerance must be above 0 and at most 0.1, got 0.0'),

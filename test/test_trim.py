@@ -162,6 +162,10 @@ def test_a_throttle_that_does_not_reach_is_named(model):
                          climb_angle=math.radians(-10.0))
     assert found.status is Status.NOT_CONVERGED and found.controls.throttle < 0.0
     assert 'the throttle would have to stand at -' in found.message
+    # Past the 30 m/s where it has no thrust left no throttle does anything.
+    found = trim.straight(model, airspeed=34.0, altitude=ALTITUDE)
+    assert found.status is Status.NOT_CONVERGED
+    assert found.message.endswith('without any thrust at 34.0 m/s')
 
 
 def test_an_elevator_that_does_not_reach_is_named(model):

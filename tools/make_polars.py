@@ -122,6 +122,14 @@ RECIPES = {
             steepest_fall=-0.08, alpha_clmax=12.5,
             why='a tail in the turbulent wake of a wing; NeuralFoil gives 1.24 at 14.5 deg'),
     ),
+    'naca0012_re3e6': Recipe(
+        airfoil='naca0012', reynolds=3e6, n_crit=5.0,
+        positive=Stall(
+            clmax=1.40, attached_to=11.0, separated_from=26.0, softness=1.5,
+            steepest_fall=-0.08, alpha_clmax=15.0,
+            why='a tail behind a propeller; wind tunnels give about 1.5 at 16 deg with a smooth '
+                'section and 1.0 with a rough one, NeuralFoil gives 1.67 at 18.5'),
+    ),
 }
 
 

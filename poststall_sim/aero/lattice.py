@@ -155,6 +155,7 @@ class Lattice:
         """
         free = self.floating @ (alpha - angles @ self.pivot)
         return np.minimum(np.maximum(free, self.travel[:, 0]), self.travel[:, 1])
+
     def at(self, airspeed: float, viscosity: float, angles: FloatArray) -> 'Lattice':
         """
         Return it with the section curves that it flies; itself where sections have one table.
@@ -206,19 +207,19 @@ def _mesh(surface: Surface, rows: int) -> _SurfaceMesh:
     front = np.column_stack([np.interp(edges, place, leading[:, k]) for k in range(3)])
     rear = np.column_stack([np.interp(edges, place, trailing[:, k]) for k in range(3)])
     share = np.linspace(0.0, 1.0, rows + 1)[:, None, None]
-    middles = 0.5 * (edges[1:] + edges[:-1])
-    turn = np.zeros_like(middles)
+    point = stations.collocation_shares(surface)
+    places = (1.0 - point) * edges[:-1] + point * edges[1:]
+    turn = np.zeros_like(places)
     if surface.flat:   # as between the turned chords of two sections
         chord = np.array([s.chord for s in sections])
-        turn = np.arctan2(np.interp(middles, place, chord * np.sin(twist)),
-                          np.interp(middles, place, chord * np.cos(twist)))
+        turn = np.arctan2(np.interp(places, place, chord * np.sin(twist)),
+                          np.interp(places, place, chord * np.cos(twist)))
     between = []
-    for middle in middles:
-        i = min(max(int(np.searchsorted(place, middle)) - 1, 0), len(sections) - 2)
+    for at in places:
+        i = min(max(int(np.searchsorted(place, at)) - 1, 0), len(sections) - 2)
         between.append((sections[i].airfoil, sections[i + 1].airfoil,
-                        (middle - place[i]) / (place[i + 1] - place[i])))
-    return _SurfaceMesh((1.0 - share) * front + share * rear, edges, turn,
-                        stations.collocation_shares(surface), between)
+                        (at - place[i]) / (place[i + 1] - place[i])))
+    return _SurfaceMesh((1.0 - share) * front + share * rear, edges, turn, point, between)
 
 
 def build(aircraft: Aircraft, rows: int) -> Lattice:
@@ -290,13 +291,14 @@ def _surface_arrays(mesh: _SurfaceMesh, grid: Grid, number: int) -> dict[str, np
     t = _unit(chordwise - np.sum(chordwise * e, axis=-1, keepdims=True) * e)
     k = np.cross(t, e)
     if mesh.turn.any():
-        # About the span's direction across x, as a swept wing is rigged; normal to e again.
+        # About the span's direction across x, as a swept wing is rigged; normal to e again, and
+        # panels to their own bound vortices, which taper sweeps differently.
         level = _unit(chordwise)
         chord = np.cos(mesh.turn)[:, None] * level \
             - np.sin(mesh.turn)[:, None] * _unit(np.cross(level, e))
         k = _unit(np.cross(chord, e))
         t = np.cross(e, k)
-        normal = np.broadcast_to(k, normal.shape)
+        normal = _unit(np.cross(chord, Z[:-1, 1:] - Z[:-1, :-1]))
 
     across = np.cross(k, chordwise)
     moment_axis = across / np.sum(across * e, axis=-1, keepdims=True)

@@ -47,7 +47,9 @@ class Settings:
     under GOMAN_KHRABROV, of the size identified for airfoils there; wake : its shape, free_rows
     that move in a free one, every so many steps, free_every; ground : flat, at altitude 0, felt
     by its mirror image in unsteady flow; axial_wake : straight wakes go along x, as AVL's do, not
-    with the flow, in steady flow.
+    with the flow, in steady flow; as_avl : such wakes, no core between surfaces, and forces of
+    the vortices along the span alone, with the flow at their middles as it is: what chordwise
+    edges carry and what the middles miss (see `corners`) is left out.
     """
 
     chordwise: int = 4
@@ -76,6 +78,7 @@ class Settings:
     free_every: int = 2
     ground: bool = False
     axial_wake: bool = False
+    as_avl: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what cannot be computed."""
@@ -90,8 +93,9 @@ class Settings:
                 raise ConfigError(f'ell must be 0 to 10 chords, got {self.ell!r}')
         if not 0.0 < self.damping <= 1.0:
             raise ConfigError(f'damping must be above 0 and at most 1, got {self.damping!r}')
-        if self.unsteady and self.axial_wake:
-            raise ConfigError('the axial wake is for steady flow: set unsteady to False')
+        if self.unsteady and (self.axial_wake or self.as_avl):
+            raise ConfigError("the axial wake and AVL's rules are for steady flow: set unsteady "
+                              'to False')
         if self.separation is not Separation.QUASI_STEADY and not (
                 self.unsteady and self.decambering and self.closure is Closure.NONLOCAL
                 and self.angle_form is AngleForm.EXACT):
@@ -235,6 +239,8 @@ def build(aircraft: Aircraft, settings: Settings = DEFAULTS,
           atmosphere: Atmosphere = STANDARD) -> Model:
     """Return the model of an aircraft: lattice, influence, averaging and added mass."""
     lattice = replace(lattices.build(aircraft, settings.chordwise), core=settings.core)
+    if settings.as_avl:
+        lattice = _as_avl(lattice)
     if isinstance(settings.ell, tuple) and len(settings.ell) != len(lattice.grids):
         raise ConfigError(f'ell must be one number or one for each of the {len(lattice.grids)} '
                           f'surfaces, got {settings.ell!r}')
@@ -244,7 +250,8 @@ def build(aircraft: Aircraft, settings: Settings = DEFAULTS,
     bound = np.einsum('ijk,ik->ij', at_points, lattice.normal)
     edge_owner = lattice.strip_surface[lattice.edge_strip[:, 0]]
     at_edges = influence(lattice, lattice.edge_middle, edge_owner, lattice.ring_corners, owner)
-    add_corners(lattice, at_edges)
+    if not settings.as_avl:
+        add_corners(lattice, at_edges)
     edge_influence = np.ascontiguousarray(
         at_edges.transpose(0, 2, 1).reshape(-1, lattice.panels))
     inverse = np.linalg.inv(bound)
@@ -283,6 +290,16 @@ def build(aircraft: Aircraft, settings: Settings = DEFAULTS,
     return Model(aircraft=aircraft, lattice=lattice, settings=settings,
                  felt=felt(lattice, settings.precision, settings.interpolate),
                  trajectory=trajectory, atmosphere=atmosphere, **arrays)
+
+
+def _as_avl(lattice: Lattice) -> Lattice:
+    """Return it without cores, and without length of chordwise edges, so that they carry none."""
+    vector = lattice.edge_vector.copy()
+    for grid in lattice.grids:
+        across = (grid.rows + 1) * (grid.strips.stop - grid.strips.start)
+        vector[grid.edges.start + across:grid.edges.stop] = 0.0
+    vector.setflags(write=False)
+    return replace(lattice, edge_vector=vector, core=0.0)
 
 
 def steady_response(bound: FloatArray, far: FloatArray, te_rows: FloatArray) -> FloatArray:

@@ -290,11 +290,16 @@ class SteadyProblem:
     direction: FloatArray
 
 
+def steady_wake(model: Model, onset: Onset) -> FloatArray:
+    """Return the direction (3,) of the straight wakes of the steady problem."""
+    return np.array([1.0, 0.0, 0.0]) if model.settings.axial_wake or model.settings.as_avl \
+        else wake_direction(onset.velocity_G)
+
+
 def steady_problem(model: Model, onset: Onset, deflections: FloatArray,
                    angles: FloatArray | None = None) -> SteadyProblem:
     """Return the decambering problem of all surfaces and their straight wakes at once."""
-    direction = np.array([1.0, 0.0, 0.0]) if model.settings.axial_wake \
-        else wake_direction(onset.velocity_G)
+    direction = steady_wake(model, onset)
     far = far_normalwash(model.lattice, direction)
     # A value that is not finite goes through to the status; a step never raises.
     factors = lu_factor(model.bound + far @ model.te_rows, check_finite=False)

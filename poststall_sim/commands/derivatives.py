@@ -37,9 +37,12 @@ def add(command: Command) -> argparse.ArgumentParser:
                              metavar='cg|X,Y,Z',
                              help='what moments and rates are about: the centre of gravity '
                              '(default), or a point of the drawing [m]')
+    derivatives.add_argument('--axes', choices=('body', 'stability'), default='body',
+                             help='of rolling and yawing moments and rates: those of the body '
+                             '(default), or turned by alpha into the wind')
     derivatives.add_argument('--plot', type=values.figure, metavar='FILE',
                              help='draw them over the angle of attack: PNG, SVG or PDF')
-    solver.add_options(derivatives)
+    solver.add_as_avl(solver.add_options(derivatives))
     return derivatives
 
 
@@ -54,21 +57,24 @@ def run(arguments: argparse.Namespace) -> int:
         model = models.build(
             replace(model.aircraft, mass=replace(mass, cg_G=about)), model.settings,
             model.atmosphere)
+    axes = derivative_analysis.Axes(arguments.axes)
+    about_axes = derivative_analysis.AXES[axes]
     deflected = jobs.deflections(model, {
         name: math.radians(value) for name, value in arguments.deflect.items()})
     points = list(terminal.watched(
         derivative_analysis.along(
             model, np.radians(arguments.alpha), beta=math.radians(arguments.beta),
-            deflected=deflected, airspeed=arguments.airspeed, altitude=arguments.altitude),
+            deflected=deflected, airspeed=arguments.airspeed, altitude=arguments.altitude,
+            axes=axes),
         len(arguments.alpha), 'derivatives'))
     for point in points:
         title, columns, rows = derivative_analysis.block(point)
         terminal.say(title)
         terminal.print_table(columns, rows)
         terminal.say('')
-    terminal.say(f'{derivative_analysis.AXES}; {derivative_analysis.UNITS.partition(";")[0]}')
+    terminal.say(f'{about_axes}; {derivative_analysis.UNITS.partition(";")[0]}')
     result = {
-        **head, 'axes': derivative_analysis.AXES, 'units': derivative_analysis.UNITS,
+        **head, 'axes': about_axes, 'units': derivative_analysis.UNITS,
         'left_out': derivative_analysis.LEFT_OUT, 'moment_reference_m': list(about),
         'airspeed_m_s': arguments.airspeed, 'altitude_m': arguments.altitude,
         'beta_deg': arguments.beta, 'deflections_deg': arguments.deflect, 'points': points}

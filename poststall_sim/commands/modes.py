@@ -88,6 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
         len(alphas), 'modes')
     result = {**solver.head(arguments, model), 'axes': jobs.AXES, 'strip_axes': jobs.STRIP_AXES,
               'mode_units': modal_analysis.UNITS, 'altitude_m': arguments.altitude,
+              'slipstream': modal_analysis.slipstream(model.aircraft) or None,
               'climb_deg': arguments.climb, 'lag_chords': model.settings.lag,
               'wake': model.settings.wake.value,
               'points': [point for points in found for point in points]}
@@ -96,6 +97,8 @@ def run(arguments: argparse.Namespace) -> int:
     if any(modal_analysis.MARK in cell for row in rows for cell in row):
         terminal.say(f'{modal_analysis.MARK} less than half of the mode is the body, the rest is '
                      'wake')
+    if result['slipstream']:
+        terminal.say(result['slipstream'])
     terminal.write_json(arguments.json, result)
     if arguments.plot:
         from poststall_sim import plots

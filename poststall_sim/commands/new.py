@@ -44,13 +44,13 @@ def run(arguments: argparse.Namespace) -> int:
         if given:
             raise definition.ConfigError(f'--{next(iter(given)).replace("_", "-")} has no effect '
                                          'with --from')
-        aircraft = avl_reader.aircraft(arguments.avl)
+        aircraft, turned = _our_way_round(avl_reader.aircraft(arguments.avl))
         cg, area = aircraft.mass.cg_G, aircraft.reference.area
         aircraft = replace(aircraft, name=name, engines=(sizing.engine(
             aircraft.mass.mass, area, (cg[0] - aircraft.reference.chord, *cg[1:])),))
         remarks = (f'{name}, from {arguments.avl.name}. What that file did not say:', '',
                    f'an engine, through the centre of gravity: {sizing.THRUST:g} of the weight at '
-                   'rest')
+                   'rest', *turned)
     else:
         missing = [key for key in ('span', 'chord', 'mass') if key not in given]
         if missing:
@@ -70,16 +70,31 @@ def run(arguments: argparse.Namespace) -> int:
             'Radii of gyration of ordinary aircraft; full thrust is '
             f'{sizing.THRUST:g} of the weight at rest.',
             'Sections at model size: give your own curves for others.')
-    files = {airfoil.name: aircraft_writer.csv_name(aircraft, airfoil)
-             for airfoil in aircraft.airfoils}
-    if not arguments.avl:
-        files = {each: f'{each}.csv' for each in files}
+    files = aircraft_writer.csv_names(aircraft) if arguments.avl \
+        else [f'{airfoil.name}.csv' for airfoil in aircraft.airfoils]
     path.write_text(aircraft_writer.text(aircraft, files, remarks=remarks))
     terminal.say(f'aircraft {path}')
     if arguments.avl:
-        for airfoil in aircraft.airfoils:
-            beside = path.parent / files[airfoil.name]
+        for remark in turned:
+            terminal.say(remark)
+        for airfoil, file in zip(aircraft.airfoils, files):
+            beside = path.parent / file
             beside.write_text(aircraft_writer.curves(airfoil))
             terminal.say(f'curves {beside}')
     terminal.write_json(arguments.json, {'aircraft': name, 'file': str(path)})
     return 0
+
+
+def _our_way_round(aircraft):
+    """Return an aircraft with controls that sticks and autopilots mind, and what was turned."""
+    from dataclasses import replace
+
+    from poststall_sim import survey
+    from poststall_sim.aero import model as models
+    with terminal.patience():
+        found = survey.backwards(survey.survey(models.build(aircraft)))
+    controls = tuple(each.reversed() if each.name in found else each
+                     for each in aircraft.controls)
+    return replace(aircraft, controls=controls), tuple(
+        f'{name}: its sign is not that of the file, in which a positive one '
+        f'{survey.POSITIVE[name][2]}' for name in found)

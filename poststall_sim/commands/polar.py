@@ -46,6 +46,7 @@ def add(command: Command) -> argparse.ArgumentParser:
     polar.add_argument('--plot', type=values.figure, metavar='FILE',
                          help='draw it: PNG, SVG or PDF')
     group = solver.add_options(polar, closure='(default nonlocal; local if a scheme is named)')
+    solver.add_as_avl(group)
     _add_study(group)
     return polar
 
@@ -104,7 +105,7 @@ def run(arguments: argparse.Namespace) -> int:
         'start': start, 'sweep': arguments.sweep, 'seed': seed, 'points': points}
     counted = ('solutions',) if arguments.starts else ()
     terminal.print_table(
-        ('alpha', *jobs.COEFFICIENTS, 'stalled', 'iterations', 'residual', 'uniqueness',
+        ('alpha', *jobs.COEFFICIENTS, 'CDi_far', 'stalled', 'iterations', 'residual', 'uniqueness',
          *counted, ''), (_row(point) for point in points))
     terminal.write_json(arguments.json, result)
     if arguments.plot:
@@ -125,6 +126,7 @@ def _row(point: dict[str, Any]) -> list[str]:
     unique, solutions = point['uniqueness'], point.get('solutions')
     return [
         f'{point["alpha_deg"]:z.2f}', *(f'{point[key]:z.4f}' for key in jobs.COEFFICIENTS),
+        f'{point["CDi_far"]:.5f}',
         f'{point["stalled_strips"]}/{len(point["strips"]["cl"])}', str(point['iterations']),
         f'{point["max_residual"]:.0e}' + ('' if good else '!'),
         '-' if unique is None else f'{unique:z.3f}',

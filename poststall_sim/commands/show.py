@@ -44,6 +44,8 @@ def run(arguments: argparse.Namespace) -> int:
         masses = arguments.avl.with_suffix('.mass')
         masses.write_text(avl_mass.text(aircraft.mass, aircraft.name))
         terminal.say(f'AVL {arguments.avl} {masses}')
+        for remark in avl_writer.left_out(aircraft):
+            terminal.say(remark)
     if arguments.plot:
         from poststall_sim import plots
         terminal.drawn(plots.aircraft_figure(model, figures, arguments.plot))

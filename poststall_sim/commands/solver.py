@@ -42,6 +42,13 @@ def add_options(command: argparse.ArgumentParser, *,
     return group
 
 
+def add_as_avl(group) -> None:
+    """Add the option of commands on steady flow that asks for what AVL computes."""
+    group.add_argument('--as-avl', action='store_true',
+                       help='as AVL has it: attached flow at any angle, wakes along x, no cores '
+                       'between surfaces, forces of the vortices along the span alone')
+
+
 def aircraft(arguments: argparse.Namespace):
     """Return the aircraft that the options name."""
     from poststall_sim import definition
@@ -106,11 +113,14 @@ def _settings(arguments: argparse.Namespace, ell: float | tuple[float, ...]):
                       ('delay', 'goman_khrabrov')):
         if asked.get(name) is not None and asked.get('separation', law) != law:
             raise ConfigError(f'--{name} is for --separation {law}')
-    if arguments.no_decambering:
+    as_avl = asked.get('as_avl', False)
+    decambering = not (arguments.no_decambering or as_avl)
+    if not decambering:
         idle = [name for name in ('closure', 'ell', 'scheme', 'damping', 'symmetric', 'tolerance',
                                   'limit', 'starts') if asked.get(name)]
         if idle or start != 'previous':
-            raise ConfigError(f'--{(idle or ["start"])[0]} has no effect with --no-decambering')
+            raise ConfigError(f'--{(idle or ["start"])[0]} has no effect with '
+                              f'--{"as-avl" if as_avl else "no-decambering"}')
     given = {'chordwise': arguments.panels, 'damping': damping,
              'tolerance': asked.get('tolerance'), 'limit': asked.get('limit'),
              'scheme': Scheme(scheme) if scheme else None,
@@ -119,11 +129,12 @@ def _settings(arguments: argparse.Namespace, ell: float | tuple[float, ...]):
              Shape(asked['wake']) if isinstance(asked.get('wake'), str) else None,
              **{name: asked.get(name) for name in ('lag', 'relaxation', 'delay', 'ground')}}
     return models.Settings(
-        closure=closure, ell=ell, decambering=not arguments.no_decambering,
+        closure=closure, ell=ell, decambering=decambering,
         angle_form=AngleForm(asked.get('angle_form', 'exact')),
         start=Start(start) if start in ('zero', 'schemeA1') else Start.GIVEN,
-        symmetric=asked.get('symmetric', False), axial_wake=asked.get('axial_wake', False),
-        unsteady='angle_form' not in asked,
+        symmetric=asked.get('symmetric', False), as_avl=as_avl,
+        axial_wake=asked.get('axial_wake', False),
+        unsteady='angle_form' not in asked and not as_avl,
         **{key: value for key, value in given.items() if value is not None})
 
 
@@ -146,6 +157,6 @@ def head(arguments: argparse.Namespace, model) -> dict[str, Any]:
                        for grid in model.lattice.grids},
             'ell_chords': settings.ell, 'decambering': settings.decambering,
             'angle_form': settings.angle_form.value, 'axial_wake': settings.axial_wake,
-            'damping': settings.damping,
+            'as_avl': settings.as_avl, 'damping': settings.damping,
             'symmetric': settings.symmetric, 'tolerance': settings.tolerance,
             'limit': settings.limit}}

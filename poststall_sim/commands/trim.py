@@ -38,7 +38,9 @@ def add(command: Command) -> argparse.ArgumentParser:
     group = trim.add_argument_group('manoeuvres', 'all six balances at once, within the limits '
                                     'of the controls')
     group.add_argument('--turn', type=values.within(_TURN), metavar='DEG/S',
-                       help='turn the heading, to the right positive')
+                       help='turn the heading, to the right positive; balanced with straight '
+                       'wakes: flown on, where they curve with it, a turn drifts by some tenths '
+                       'of m/s and degrees of bank in a minute')
     group.add_argument('--bank', type=values.within(_BANK), metavar='DEG',
                        help='at this bank; without --turn or --sideslip the turn is found')
     group.add_argument('--coordinated', action='store_true',
@@ -49,8 +51,8 @@ def add(command: Command) -> argparse.ArgumentParser:
                        help='at the lowest point of a pull-up with this load factor')
     group.add_argument('--hold', type=values.deflection, action=values.Deflections, default={},
                        metavar='NAME=DEG', help='a control that does not move, stuck or set; '
-                       'again for another one. Leave what it balanced open: with a stuck '
-                       'elevator give neither --airspeed nor --alpha')
+                       'again for another one. With a stuck elevator the airspeed of level '
+                       'flight is found or, at a given --airspeed or --alpha, the climb angle')
     group.add_argument('--throttle', type=values.within((0.0, 1.0)), metavar='X',
                        help='at this throttle, and the climb angle is found')
     trim.add_argument('--plot', type=values.figure, metavar='FILE',
@@ -141,17 +143,27 @@ def _failed(arguments: argparse.Namespace, model) -> frozenset[str]:
 def _tasks(arguments: argparse.Namespace, model) -> Iterable:
     """Yield what the steady flights are asked to be."""
     from poststall_sim import jobs, trim_jobs
+    from poststall_sim.aircraft import ConfigError
     from poststall_sim.manoeuvre import Task
+    from poststall_sim.topics import THROTTLE
+    from poststall_sim.trim import PITCH_CONTROL
 
     def radians(value: float | None) -> float | None:
         return None if value is None else math.radians(value)
 
+    if THROTTLE in arguments.hold:
+        raise ConfigError('--hold is of controls, in degrees: a throttle that does not move is '
+                          '--throttle X, 0 to 1')
     held = {name: math.radians(value) for name, value in arguments.hold.items()}
     jobs.deflections(model, held)   # refuses those beyond their limits
     throttle = arguments.throttle
     gliding = not model.aircraft.engines or (
         throttle is None and arguments.climb is None and arguments.airspeed is None
-        and arguments.alpha is not None)
+        and arguments.alpha is not None and PITCH_CONTROL not in held)
+    # An elevator that is stuck leaves one to be found beside the throttle: the airspeed, or where
+    # that or the angle of attack is given, the climb angle.
+    climbing = arguments.climb is not None or not (
+        PITCH_CONTROL in held and (arguments.airspeed or arguments.alpha))
     turn = radians(arguments.turn)
     if turn is None and (arguments.bank is None or arguments.sideslip is not None):
         turn = 0.0
@@ -159,7 +171,7 @@ def _tasks(arguments: argparse.Namespace, model) -> Iterable:
         for alpha in arguments.alpha or [None]:
             task = Task(
                 airspeed=airspeed, alpha=radians(alpha), throttle=0.0 if gliding else throttle,
-                climb_angle=None if gliding or throttle is not None else
+                climb_angle=None if gliding or throttle is not None or not climbing else
                 radians(arguments.climb or 0.0),
                 beta=radians(arguments.sideslip), bank=radians(arguments.bank), turn_rate=turn,
                 coordinated=arguments.coordinated, held=held,

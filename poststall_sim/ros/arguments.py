@@ -18,7 +18,10 @@ def heed(name: str, what: str, parameters: tuple[type, ...], args: list[str] | N
     parameters : records of its parameters
     args : as `rclpy.init` takes them; None = the command line
     """
-    words = remove_ros_args(args)
+    try:
+        words = remove_ros_args(args)
+    except RuntimeError:   # ROS's words are wrong: `process.run` says so, in one line
+        return
     parser = _Parser(
         prog=name, description=what, epilog=_listed(name, parameters),
         formatter_class=argparse.RawDescriptionHelpFormatter)

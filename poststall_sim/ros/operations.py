@@ -54,17 +54,31 @@ class Operations:
         self._node.pause_for_user(paused)
         return True, 'paused' if self._node.paused else 'flying'
 
-    def reset(self) -> Answer:
+    def reset(self, to_zero: bool | None = None) -> Answer:
         """
         Begin the flight again, without gusts that were asked for.
 
-        A pause stays, but for one that the flight itself asked for.
+        A pause stays, but for one that the flight itself asked for. to_zero : whether time goes
+        back to 0, as reset.time has it unless given; never to another time than a clock that is
+        followed.
         """
         node = self._node
         node.flight.weather = replace(node.flight.weather, gusts=())
-        to_zero = node.settings.reset_time and not node.follows
-        node.desk.reset(node.flight.reset(0 if to_zero else None).time_ns)
+        if to_zero is None:
+            to_zero = node.settings.reset_time
+        node.desk.reset(node.flight.reset(
+            0 if to_zero and not node.follows else None).time_ns)
         return True, self._begun()
+
+    def zero_time(self) -> Answer:
+        """Call the present instant 0; the flight, its controls and a pause stay as they are."""
+        node = self._node
+        if node.follows:
+            return False, 'time is that of the /clock that is followed'
+        node.flight.set_time(0)
+        node.desk.reset(0, told=self._told(node.flight.snapshot.commanded))
+        node.jumped()
+        return True, 'at simulated time 0 s'
 
     def step(self, count: int | None = None) -> Answer:
         """Advance by a number of steps, step_count unless given."""

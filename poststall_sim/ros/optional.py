@@ -12,7 +12,7 @@ from poststall_sim import fields
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.frames import rotation, swap_ned_enu
 from poststall_sim.ros import messages
-from poststall_sim.state import BodyState
+from poststall_sim.state import BodyState, Snapshot
 
 if TYPE_CHECKING:
     from poststall_sim.ros.operations import Answer
@@ -30,6 +30,8 @@ _FEATURES = (
     'ENTITY_STATE_GETTING', 'ENTITY_STATE_SETTING', 'SIMULATION_RESET',
     'SIMULATION_RESET_STATE', 'SIMULATION_STATE_GETTING', 'SIMULATION_STATE_SETTING',
     'SIMULATION_STATE_PAUSE', 'STEP_SIMULATION_SINGLE', 'STEP_SIMULATION_MULTIPLE')
+_FEATURE_OF_A_SOURCE = 'SIMULATION_RESET_TIME'
+"""What only a simulator can do whose time is its own."""
 
 
 def missing() -> list[str]:
@@ -57,18 +59,21 @@ class SimulationInterfaces:
     Services of simulation_interfaces 1.x, each one of `operations.Operations`.
 
     Written after its definitions, without having it: it is not on PyPI. The one entity is the
-    aircraft, under the name of its file's ``name``; a reset sets time back with reset.time only.
+    aircraft, under the name of its file's ``name``. What a reset takes back, its scope says, time
+    included, and not reset.time; what parameters have set, it leaves. Stopped is a flight that
+    was told to stop and that nothing has moved since.
     msg, srv : the modules of the package.
     """
 
     def __init__(self, node: SimulatorNode, msg: Any, srv: Any) -> None:
         self._node = node
-        self._paused = msg.SimulationState.STATE_PAUSED
-        self._playing = msg.SimulationState.STATE_PLAYING
+        self._states = msg.SimulationState
+        self._stopped_at: Snapshot | None = None
         self._features = [getattr(msg.SimulatorFeatures, name) for name in _FEATURES]
-        self._already = srv.SetSimulationState.Response.ALREADY_IN_TARGET_STATE
-        scopes = srv.ResetSimulation.Request
-        self._resets = (scopes.SCOPE_DEFAULT, scopes.SCOPE_STATE, scopes.SCOPE_ALL)
+        if not node.follows:
+            self._features.append(getattr(msg.SimulatorFeatures, _FEATURE_OF_A_SOURCE))
+        self._set = srv.SetSimulationState.Response
+        self._scopes = srv.ResetSimulation.Request
         result = msg.Result
         self._ok, self._failed = result.RESULT_OK, result.RESULT_OPERATION_FAILED
         self._unsupported, self._unknown = (
@@ -95,22 +100,52 @@ class SimulationInterfaces:
         response.features.features = self._features
         return response
 
+    def _state(self) -> int:
+        if not self._node.paused:
+            return self._states.STATE_PLAYING
+        return (self._states.STATE_STOPPED if self._node.flight.snapshot is self._stopped_at
+                else self._states.STATE_PAUSED)
+
     def _get_state(self, request: Any, response: Any) -> Any:
-        response.state.state = self._paused if self._node.paused else self._playing
+        response.state.state = self._state()
         return self._say(response, self._ok)
 
     def _set_state(self, request: Any, response: Any) -> Any:
-        wanted = request.state.state
-        if wanted not in (self._paused, self._playing):
-            return self._say(response, self._unsupported, 'pause and play only')
-        if (wanted == self._paused) == self._node.paused:
-            return self._say(response, self._already)
-        return self._answered(response, self._node.operations.pause(wanted == self._paused))
+        node, states, wanted = self._node, self._states, request.state.state
+        if wanted == self._state():
+            return self._say(response, self._set.ALREADY_IN_TARGET_STATE)
+        if wanted == states.STATE_STOPPED:
+            node.operations.pause(True)
+            response = self._reset_to(self._scopes.SCOPE_ALL, response)
+            if response.result.result == self._ok:
+                self._stopped_at = node.flight.snapshot
+            return response
+        if wanted not in (states.STATE_PAUSED, states.STATE_PLAYING):
+            return self._say(response, self._unsupported, 'stop, pause and play only: what '
+                             'started this process ends it')
+        self._stopped_at = None
+        done, text = node.operations.pause(wanted == states.STATE_PAUSED)
+        return self._say(response, self._ok) if done else self._say(
+            response, self._set.STATE_TRANSITION_ERROR, text)
 
     def _reset(self, request: Any, response: Any) -> Any:
-        if request.scope not in self._resets:
-            return self._say(response, self._unsupported, 'the state of the flight only')
-        return self._answered(response, self._node.operations.reset())
+        return self._reset_to(request.scope, response)
+
+    def _reset_to(self, scope: int, response: Any) -> Any:
+        """Take back what the bits of a scope name; all of it, or nothing."""
+        scopes = self._scopes
+        if scope in (scopes.SCOPE_DEFAULT, scopes.SCOPE_ALL):
+            scope = scopes.SCOPE_TIME | scopes.SCOPE_STATE   # nothing can be spawned
+        time, state = (bool(scope & bit) for bit in (scopes.SCOPE_TIME, scopes.SCOPE_STATE))
+        if scope & ~(scopes.SCOPE_TIME | scopes.SCOPE_STATE):
+            return self._say(response, self._unsupported, 'nothing is spawned here: time, state '
+                             'or all')
+        if time and self._node.follows:
+            return self._say(response, self._unsupported,
+                             'time is that of the /clock that is followed: ask for the state only')
+        operations = self._node.operations
+        return self._answered(
+            response, operations.reset(to_zero=time) if state else operations.zero_time())
 
     def _step(self, request: Any, response: Any) -> Any:
         if request.steps > MOST_STEPS:
@@ -126,7 +161,9 @@ class SimulationInterfaces:
             'header': fields.header(snapshot.time_ns, layout.map_frame),
             'pose': fields.pose_fields(snapshot),
             'twist': {'linear': fields.map_xyz(to_map @ snapshot.body.velocity_B),
-                      'angular': fields.map_xyz(to_map @ snapshot.body.rates_B)}})
+                      'angular': fields.map_xyz(to_map @ snapshot.body.rates_B)},
+            'acceleration': {'linear': fields.map_xyz(to_map @ snapshot.acceleration_B),
+                             'angular': fields.map_xyz(to_map @ snapshot.rate_change_B)}})
         return self._say(response, self._ok)
 
     def _set_entity(self, request: Any, response: Any) -> Any:

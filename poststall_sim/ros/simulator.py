@@ -258,9 +258,13 @@ class SimulatorNode(Node):
     def begun(self) -> None:
         """Show a flight that was put elsewhere; a pause stays, but for one of `_stop_for`."""
         self._reason = None
-        self.inbox.turns.forget()
         if self._fly_after_reset:
             self.paused = self._fly_after_reset = False
+        self.jumped()
+
+    def jumped(self) -> None:
+        """Go on from a state or a time that does not follow from the one before, and show it."""
+        self.inbox.turns.forget()
         self._pacer.stop()
         self._publish_all()
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from poststall_sim import propulsion
-from poststall_sim.aircraft import Aircraft, ConfigError, MassProperties
+from poststall_sim.aircraft import Aircraft, MassProperties
 from poststall_sim.engines import Propeller
 from poststall_sim.frames import GRAVITY, FloatArray, euler_rates
 from poststall_sim.propulsion import Meeting
@@ -59,12 +59,8 @@ def free_body(aircraft: Aircraft, *, velocity_B: FloatArray, pitch: float, throt
 
     velocity_B (3,) through the air [m/s], which is at rest and of one density [kg/m^3]; pitch
     [rad], below 90 deg either way; throttle held. (Etkin & Reid, Dynamics of Flight, 3rd ed.,
-    1996, sec. 4.9) Raises `ConfigError` for a slipstream, which the linear lattice does not have.
+    1996, sec. 4.9)
     """
-    for name, engine in zip(aircraft.engine_names, aircraft.engines):
-        if isinstance(engine, Propeller) and engine.slipstream:
-            raise ConfigError(f'{aircraft.name}: linear models are without slipstream, but that '
-                              f'of {name} is on: set slipstream to false for them')
     shafts = [i for i, engine in enumerate(aircraft.engines) if isinstance(engine, Propeller)]
     states = 9 + len(shafts)
     names = (*STATES, *(f'shaft[{aircraft.engine_names[i]}]' for i in shafts))

@@ -33,10 +33,11 @@ from poststall_sim.frames import (
     geometry_to_body,
 )
 from poststall_sim.polar import APART
+from poststall_sim.slipstream import Gust
 from poststall_sim.stability.bodies import Body
 from poststall_sim.stability.modes import LATERAL, LONGITUDINAL
 from poststall_sim.state import Status
-from poststall_sim.trim import ACCEPTED, TIGHT, Trim
+from poststall_sim.trim import ACCEPTED, TIGHT, Trim, onset_of
 
 STEP = 1e-4
 """Change of an angle [rad], of a velocity over V, and of p b/2V, q c/2V, r b/2V: differences of
@@ -84,7 +85,8 @@ def quasi_steady(model: Model, trim: Trim, *, density: float, step: float = STEP
     derivatives are given and the status says that it does not.
     """
     found = about(model, velocity_B=trim.velocity_B, deflections=trim.controls.deflections,
-                  delta0=trim.aero.strips.delta, density=density, step=step)
+                  delta0=trim.aero.strips.delta, density=density, step=step,
+                  gust=onset_of(model, trim, density).gust)
     if np.abs(trim.residual).max() <= ACCEPTED and trim.aero.status is Status.CONVERGED:
         return found
     complaints = [f'the trim: {trim.message}']
@@ -95,7 +97,8 @@ def quasi_steady(model: Model, trim: Trim, *, density: float, step: float = STEP
 
 
 def about(model: Model, *, velocity_B: FloatArray, deflections: FloatArray, delta0: FloatArray,
-          density: float, step: float = STEP, viscosity: float | None = None) -> Derivatives:
+          density: float, step: float = STEP, viscosity: float | None = None,
+          gust: Gust | None = None) -> Derivatives:
     """
     Return the derivatives about any straight motion by central differences of steady loads.
 
@@ -121,6 +124,8 @@ def about(model: Model, *, velocity_B: FloatArray, deflections: FloatArray, delt
     viscosity : float
         Kinematic, of the air [m^2/s]: with it sections whose curves change with a flap do so
         under each change of a control; without, they keep those of the model.
+    gust : function, optional
+        What the air has more, as the slipstream of a trim, see `Onset`: held.
 
     Returns
     -------
@@ -139,7 +144,7 @@ def about(model: Model, *, velocity_B: FloatArray, deflections: FloatArray, delt
 
     def solved(change: FloatArray) -> AeroResult:
         moved, deflected = nu + change[:6], deflections + change[6:]
-        onset = Onset(body_to_geometry(-moved[:3]), body_to_geometry(moved[3:]))
+        onset = Onset(body_to_geometry(-moved[:3]), body_to_geometry(moved[3:]), gust)
         flown = model if viscosity is None else model.at(airspeed, viscosity, deflected)
         return solver.steady(flown, onset, deflected, density=density, delta0=delta0)
 

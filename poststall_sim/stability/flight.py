@@ -12,10 +12,10 @@ from scipy.optimize import linear_sum_assignment
 from poststall_sim import simulation
 from poststall_sim import trim as trims
 from poststall_sim.aero import solver
-from poststall_sim.aero.model import Model, Onset
+from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.atmosphere import Air
-from poststall_sim.frames import FloatArray, body_to_geometry
+from poststall_sim.frames import FloatArray
 from poststall_sim.polar import APART
 from poststall_sim.stability import bodies, derivatives, linear, modes, motion
 from poststall_sim.stability.modes import Mode
@@ -78,7 +78,7 @@ def linearise(model: Model, trim: Trim, *, altitude: float,
               decamberings: Iterable[Decambering], dt: float | None = None,
               rows: int | None = None) -> Linearised:
     """
-    Return the linear systems about a trim.
+    Return the linear systems about a straight trim, whose slipstreams stay as they are in it.
 
     altitude [m]; dt [s], by default the flight's own; rows : of wake, by default as many as the
     flight has. What the trim lacks in balance is left out, and so is what a change of airspeed
@@ -92,8 +92,8 @@ def linearise(model: Model, trim: Trim, *, altitude: float,
     if not SHORTEST * panel <= dt <= 2.0 * panel:
         raise ConfigError(f'dt must be {SHORTEST:g} to 2 times {panel:g} s, the way of a panel at '
                           f'{trim.airspeed:.1f} m/s, got {dt:g} s')
-    onset = Onset(body_to_geometry(-trim.velocity_B), np.zeros(3))
     air = model.atmosphere.at(altitude)
+    onset = trims.onset_of(model, trim, air.density)
     flow = linear.linearise(_flown(model, trim, air), onset,
                             trim.controls.deflections, trim.aero,
                             density=air.density, dt=dt, rows=rows)
@@ -264,7 +264,7 @@ def _departed(model: Model, before: Trim, trim: Trim, altitude: float) -> bool:
     air = model.atmosphere.at(altitude)
     back = solver.steady(
         _flown(model, before, air),
-        Onset(body_to_geometry(-before.velocity_B), np.zeros(3)),
+        trims.onset_of(model, before, air.density),
         before.controls.deflections, density=air.density,
         delta0=trim.aero.strips.delta)
     return bool(np.abs(back.strips.delta - before.aero.strips.delta).max() > APART)
