@@ -40,6 +40,7 @@ LIBRARIES = {
     'pyarrow': (None, 'pyarrow'),
     'xarray': (None, 'xarray'),
     'zarr': (None, 'zarr'),
+    'gymnasium': (None, 'gymnasium'),
 }
 # Used where they are found: a full Jazzy has them, pip has not.
 OPTIONAL = {'tf2_msgs', 'simulation_interfaces', 'rosbag2_py'}
@@ -173,7 +174,7 @@ def test_every_import_is_a_declared_dependency(manifest, metadata):
     rosdep_keys = {element.text for element in manifest.findall('exec_depend')}
     pip_names = {re.match(r'[\w-]+', need).group()
                  for need in metadata['install_requires'] + metadata['extras_require']['all']
-                 + metadata['extras_require']['campaign']}
+                 + metadata['extras_require']['campaign'] + metadata['extras_require']['learning']}
     for name, where in imported('poststall_sim', 'launch').items():
         if name in OPTIONAL:
             continue
