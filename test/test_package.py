@@ -33,6 +33,7 @@ LIBRARIES = {
     'threadpoolctl': (None, 'threadpoolctl'),  # has no rosdep key
     'control': (None, 'control'),
     'plotly': (None, 'plotly'),
+    'aiohttp': ('python3-aiohttp', 'aiohttp'),
     'shtab': (None, 'shtab'),
     'dask': (None, 'dask'),
     'distributed': (None, 'dask'),

@@ -77,4 +77,5 @@ def test_every_command_line_of_the_readme_parses(tmp_path, monkeypatch):
              if line.startswith('poststall ')]
     commands = [cli.parse(shlex.split(line, comments=True)[1:]).command for line in lines]
     assert set(commands) == {'new', 'show', 'check', 'polar', 'trim', 'modes', 'derivatives',
-                             'database', 'fly', 'plot', 'report', 'export', 'airfoil', 'campaign'}
+                             'database', 'fly', 'plot', 'report', 'watch', 'export', 'airfoil',
+                             'campaign'}

@@ -30,7 +30,7 @@ TRAIL = 2.0
 """How long the way of the wing tips stays in sight [s]."""
 AZIMUTH, ELEVATION = np.radians((236.0, 22.0))
 """Where the eye is: from north over east, and above the horizon."""
-COLOURS = 48
+COLOURS = 112
 
 
 def eye() -> np.ndarray:

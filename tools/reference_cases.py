@@ -3,9 +3,8 @@
 """
 What the package computes beside closed forms and published numbers, for docs/validation.md.
 
-The cases are those of the tests, computed by the tests' own functions: here they are only asked
-for more points, drawn, and written into tables with what they are off by. What is asked of them
-stands in the tests alone; the tolerances here are said, not checked.
+The cases are those of the tests, by the tests' own functions: here they are asked for more points
+and written into tables. What is asked of them is held there; tolerances here are said only.
 """
 
 import math
@@ -44,6 +43,8 @@ RATIOS = {4.0: (3.676, -0.345), 6.0: (4.276, -0.450), 8.0: (4.644, -0.528)}
 """Aspect ratios, with lift slope and damping in roll of another lattice (8 x 40, cosine)."""
 FREQUENCIES = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7)
 """Reduced frequencies of the oscillating plate."""
+NAVION_MODES = {'short period': '5 %', 'phugoid': '15 %', 'roll': '9 to 21 % more',
+                'Dutch roll': '0 to 20 % less'}
 SPECTRA = {Spectrum.DRYDEN: 'Dryden', Spectrum.VON_KARMAN: 'von Kármán'}
 
 
@@ -52,8 +53,7 @@ class Row:
     """
     A number beside its reference.
 
-    asked : what the test asks, in words; unit : of a difference that is not divided by the
-    reference.
+    asked : of it, in words; unit : of a difference that is not divided by the reference.
     """
 
     quantity: str
@@ -300,8 +300,7 @@ def navion_numbers() -> tuple[dict[str, float], dict[str, complex]]:
 def published_modes() -> Iterable[Row]:
     """Yield how quick the modes of the Navion are."""
     _, found = navion_numbers()
-    for name, asked in (('short period', '5 %'), ('phugoid', '15 %'), ('roll', '9 to 21 % more'),
-                        ('Dutch roll', '0 to 20 % less')):
+    for name, asked in NAVION_MODES.items():
         yield Row(f'size of the {name} [1/s]', abs(found[name]), abs(navion.MODES[name]), asked)
 
 
