@@ -136,7 +136,7 @@ def _variable(read: Reader, tree: dict[str, Any], aircraft_file: Path) -> Variab
     if root == 'aircraft' and definition.is_avl(aircraft_file):
         raise read.where.key('key').error(
             f'{key}: nothing of {aircraft_file.name} can vary, it is a file of AVL; poststall new '
-            f'--aircraft {aircraft_file.name} makes one of ours of it')
+            f'NAME --from {aircraft_file.name} makes one of ours of it')
     if root not in tree:
         free = {'duration_s', 'dt_s', 'cpu_limit_s', 'spin_alpha_deg'} if 'autopilot' in tree \
             or 'scenario' in tree else set()
