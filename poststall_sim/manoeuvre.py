@@ -15,11 +15,11 @@ where next to nothing holds its bank, that goes by 6 deg in 40 s and by 23 in a 
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.optimize import brentq, least_squares, root
+from scipy.optimize import brentq, least_squares, minimize_scalar, root
 
 from poststall_sim import trim as trims
 from poststall_sim.aero.model import Model
@@ -110,10 +110,24 @@ def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = No
     x = np.array([_guess(model, task, name, known, start, density) for name in unknown])
     # The unknowns of the first three balances alone, then all: an aircraft flown straight stays
     # symmetric, to the bit, where past the stall a search sideways would fall off the branch.
-    for moved in (slice(0, 3), slice(0, len(unknown))):
-        x = _searched(imbalance, x, moved, low, high)
-        if np.abs(imbalance(x)).max() <= ACCEPTED:
-            break
+    def search(x: FloatArray, low: FloatArray) -> FloatArray:
+        for moved in (slice(0, 3), slice(0, len(unknown))):
+            x = _searched(imbalance, x, moved, low, high)
+            if missing(x) <= ACCEPTED:
+                break
+        return x
+
+    def missing(x: FloatArray) -> float:
+        return float(np.abs(imbalance(x)).max())
+
+    first, x = x, search(x, low)
+    if missing(x) > ACCEPTED and 'throttle' in unknown:
+        # A propeller that the air turns answers to no throttle: a search that comes there stays.
+        k = unknown.index('throttle')
+        idle = trims.idle_throttle(model, flown(x).airspeed, density, task.failed)
+        if x[k] <= idle + NEAR:
+            answering = np.where(np.arange(len(x)) == k, idle, low)
+            x = min(x, search(np.maximum(first, answering), answering), key=missing)
     found = replace(flown(x), residual=imbalance(x))
     return replace(found, **_judged(found, unknown, x, low, high))
 
@@ -233,23 +247,60 @@ def branches(model: Model, *, airspeed: float, altitude: float, alphas: FloatArr
         return trims.powered(model, alpha=alpha, altitude=altitude, climb_angle=climb_angle,
                              delta0=delta0)
 
+    def gap(alpha: float, delta0: FloatArray) -> float:
+        return at(alpha, delta0).airspeed - airspeed
+
     found: list[Trim] = []
     on_the_way_up: dict[float, float] = {}
-    before: Trim | None = None
+    run: list[Trim] = []   # of neighbours, on one way, without a gap
     for alpha in [*alphas, *alphas[::-1]]:
-        delta0 = None if before is None else before.aero.strips.delta
-        here = at(float(alpha), delta0)
+        here = at(float(alpha), run[-1].aero.strips.delta if run else None)
         told()
+        turns_back = run and here.alpha == run[-1].alpha
+        run = [*([] if turns_back else run[-2:]), here] if _followed(here) else []
         same = [abs(on_the_way_up.setdefault(each.alpha, each.airspeed) - each.airspeed)
-                < SAME * airspeed for each in (before, here) if each is not None]
-        passed = before is not None and here.status is Status.CONVERGED \
-            and (here.airspeed - airspeed) * (before.airspeed - airspeed) <= 0.0
-        if passed and (here.alpha > before.alpha or here.alpha < before.alpha and not all(same)):
-            crossing = brentq(lambda a, start: at(a, start).airspeed - airspeed, before.alpha,
-                              here.alpha, args=(delta0,), xtol=1e-10)
-            trim = at(crossing, delta0)
+                < SAME * airspeed for each in run]
+        if len(run) < 2 or run[-1].alpha < run[-2].alpha and all(same):
+            continue
+        for low, high, delta0 in _brackets(gap, run, airspeed):
+            trim = at(brentq(gap, low, high, args=(delta0,), xtol=1e-10), delta0)
             if trim.status is Status.CONVERGED and all(
                     abs(trim.alpha - other.alpha) > SAME for other in found):
                 found.append(trim)
-        before = here if here.status is Status.CONVERGED else None
     return sorted(found, key=lambda trim: trim.alpha)
+
+
+def _followed(found: Trim) -> bool:
+    """
+    Tell whether the forces of a flight balance, so that its airspeed means something.
+
+    Between a flight within the limits and one beyond them there may be a trim: they are for the
+    trim to keep, not for its neighbours.
+    """
+    forces = found.residual[:2 if len(found.residual) == 3 else 3]
+    return found.aero.status is Status.CONVERGED and float(np.abs(forces).max()) <= ACCEPTED
+
+
+def _brackets(gap: Callable[[float, FloatArray], float], run: Sequence[Trim],
+              airspeed: float) -> Iterator[tuple[float, float, FloatArray]]:
+    """
+    Yield angles of attack between which the last neighbours pass an airspeed, and a decambering.
+
+    gap (alpha, delta0) : of the airspeed to the one looked for. Where three neighbours bend
+    towards it without reaching it, what is between them may.
+    """
+    gaps = [each.airspeed - airspeed for each in run]
+    start = run[-2].aero.strips.delta
+    if gaps[-2] * gaps[-1] <= 0.0:
+        yield run[-2].alpha, run[-1].alpha, start
+        return
+    away = np.sign(gaps[-1]) * np.array(gaps)   # > 0 on the side of the neighbours
+    if len(run) < 3 or not 0.0 < away[1] <= min(away[0], away[2]) \
+            or away[1] > away[0] - 2.0 * away[1] + away[2]:
+        return   # no curve, and no corner, goes further beyond its nearest point than it bends
+    low, high = sorted((run[0].alpha, run[2].alpha))
+    turning = minimize_scalar(lambda alpha: math.copysign(1.0, gaps[-1]) * gap(alpha, start),
+                              bounds=(low, high), method='bounded', options={'xatol': 1e-4})
+    for end in (low, high):
+        if turning.fun <= 0.0 and gap(end, start) * gap(turning.x, start) <= 0.0:
+            yield end, turning.x, start

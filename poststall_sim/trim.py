@@ -16,7 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import brentq, root
+from scipy.optimize import bisect, brentq, root
 
 from poststall_sim import propulsion, slipstream
 from poststall_sim.aero import solver
@@ -175,14 +175,33 @@ def first_throttle(model: Model, airspeed: float, density: float, failed: frozen
     """
     if not _propellers(model):
         return otherwise
+    pull = _pulling(model, airspeed, density, failed)
+    wanted = model.aircraft.mass.mass * GRAVITY / 12.0
+    return next((each for each in map(float, _SAMPLES) if pull(each) > wanted), 1.0)
+
+
+def idle_throttle(model: Model, airspeed: float, density: float, failed: frozenset[str]) -> float:
+    """
+    Return the throttle up to which engines answer to none; 0 where they answer to all.
+
+    The air turns a propeller faster than its motor would: see `first_throttle`.
+    """
+    if not _propellers(model):
+        return 0.0
+    pull = _pulling(model, airspeed, density, failed)
+    least = pull(0.0) + TIGHT * model.aircraft.mass.mass * GRAVITY
+    if pull(float(_SAMPLES[0])) > least or pull(1.0) <= least:
+        return 0.0
+    return bisect(lambda throttle: 1.0 if pull(throttle) > least else -1.0, 0.0, 1.0, xtol=1e-6)
+
+
+def _pulling(model: Model, airspeed: float, density: float,
+             failed: frozenset[str]) -> Callable[[float], float]:
+    """Return the force forward [N] by throttle, straight ahead."""
     aircraft, ahead = model.aircraft, np.array([airspeed, 0.0, 0.0])
-    wanted = aircraft.mass.mass * GRAVITY / 12.0
-    for throttle in map(float, _SAMPLES):
-        meeting = Meeting(ahead, np.zeros(3), density,
-                          propulsion.throttles(aircraft, throttle, failed))
-        if propulsion.balanced(aircraft, meeting, failed).force_B[0] > wanted:
-            return throttle
-    return 1.0
+    return lambda throttle: float(propulsion.balanced(
+        aircraft, Meeting(ahead, np.zeros(3), density,
+                          propulsion.throttles(aircraft, throttle, failed)), failed).force_B[0])
 
 
 def _propellers(model: Model) -> bool:

@@ -7,6 +7,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import propellers
 import pytest
 
 from poststall_sim import cli, definition, manoeuvre, simulation, trim, trim_jobs
@@ -172,6 +173,43 @@ def test_an_airspeed_near_the_stall_has_two_trims_and_both_are_found(model):
         assert straight.alpha == pytest.approx(found.alpha, abs=1e-6)
     assert manoeuvre.branches(model, airspeed=7.0, altitude=ALTITUDE,
                               alphas=np.radians([5.0, 17.0])) == []
+
+
+@pytest.mark.parametrize('airspeed, alphas, found', [
+    (8.81, (14.0, 16.0, 18.0, 20.0), (16.95, 17.95)),    # no angle of the search is below it
+    (9.5, (10.0, 12.0, 22.0, 24.0), (10.89, 23.54))])    # 1.06 of the throttle at 24 deg
+def test_no_trim_is_missed_between_two_angles_of_the_search(airspeed, alphas, found):
+    """
+    Near the least airspeed the two trims of one interval; and one beside a limit.
+
+    At 17 and at 18 deg level flight has 8.809 and 8.811 m/s, at 17.5 less: 8.81 is passed twice.
+    """
+    built = models.build(trainer())
+    trims = manoeuvre.branches(built, airspeed=airspeed, altitude=0.0, alphas=np.radians(alphas))
+    assert np.degrees([each.alpha for each in trims]) == pytest.approx(found, abs=0.01)
+    for each in trims:
+        assert each.status is Status.CONVERGED and 0.0 <= each.controls.throttle <= 1.0
+        level = trim.powered(built, alpha=each.alpha, altitude=0.0)
+        assert level.airspeed == pytest.approx(airspeed, abs=1e-6)
+
+
+@pytest.mark.parametrize('arm, aileron, message', [
+    (0.3, 7.0, 'trimmed'), (0.5, 8.0, '(forward), with rudder 25 deg at the limit')])
+def test_a_search_does_not_end_where_the_propellers_answer_to_no_throttle(
+        model, arm, aileron, message):
+    """Air turns a motor's propeller with any small throttle: no change tells which way to go."""
+    engines = tuple(propellers.propeller(
+        name=name, position_G=(-0.1, side * arm, 0.0), diameter=0.35, slipstream=True, swirl=True)
+        for name, side in (('left', -1.0), ('right', 1.0)))
+    twin = models.build(replace(model.aircraft, engines=engines), model.settings)
+    failed = frozenset({'right'})
+    density = twin.atmosphere.at(0.0).density
+    idle = trim.idle_throttle(twin, 12.0, density, failed)
+    assert 0.1 < idle < trim.first_throttle(twin, 12.0, density, failed)
+    found = manoeuvre.steady(twin, Task(
+        airspeed=12.0, held={'aileron': math.radians(aileron)}, failed=failed), altitude=0.0)
+    assert found.message.endswith(message)
+    assert found.controls.throttle > idle + 0.1
 
 
 def stays(flight, found, seconds):
