@@ -21,10 +21,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.optimize import brentq, least_squares, minimize_scalar, root
 
+from poststall_sim import failures, propulsion
 from poststall_sim import trim as trims
 from poststall_sim.aero.model import Model
-from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
+from poststall_sim.failures import Failure, Kind
 from poststall_sim.frames import GRAVITY, FloatArray
 from poststall_sim.state import Controls, Status
 from poststall_sim.trim import ACCEPTED, ALL_WORK, Trim, balance
@@ -56,8 +57,9 @@ class Task:
     airspeed [m/s]; alpha, climb_angle, beta, bank [rad]; throttle 0..1; turn_rate : of the
     heading, right positive, pull_rate : of pitch beyond that, at the lowest point of a pull-up
     [rad/s]; coordinated : no side force is felt; held : deflections [rad] of controls that do not
-    move, stuck or set, by name; failed : names of engines that do not work. A beta of None is 0
-    where the other unknowns are enough.
+    move, stuck or set, by name; failed : names of engines that do not work; failures : of parts,
+    controls and engines, by name, what is stuck with its angle. A beta of None is 0 where the
+    other unknowns are enough.
     """
 
     airspeed: float | None = None
@@ -71,6 +73,7 @@ class Task:
     coordinated: bool = False
     held: Mapping[str, float] = field(default_factory=dict)
     failed: frozenset[str] = ALL_WORK
+    failures: Mapping[str, Failure] = field(default_factory=dict)
 
 
 def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = None) -> Trim:
@@ -81,26 +84,31 @@ def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = No
     Raises `ConfigError` for a task with too many or too few unknowns.
     """
     aircraft = model.aircraft
+    parts = failures.of_parts(aircraft, task.failures)
+    dead = failures.dead(aircraft, parts)
+    task = _without(task, dead)
     known, unknown = _unknowns(model, task)
     bounds = _BOUNDS | {control.name: control.limits for control in aircraft.controls}
     low, high = (np.array([bounds[name][side] for name in unknown]) for side in (0, 1))
     tight, air = trims.tight(model), model.atmosphere.at(altitude)
     density = air.density
     delta = None if start is None else start.aero.strips.delta
-    last: dict[str, AeroResult] = {}
+    last: dict[str, Trim] = {}
 
     def flown(x: FloatArray) -> Trim:
         value = known | dict(zip(unknown, map(float, x)))
         deflections = np.array([value.get(name, 0.0) for name in aircraft.control_names])
+        before = last.get('flown')
         found = Trim(
             airspeed=value['airspeed'], alpha=value['alpha'], climb_angle=value['climb_angle'],
             controls=Controls(deflections, value['throttle']), residual=np.empty(6),
             aero=None, status=Status.NOT_CONVERGED, message='', beta=value['beta'],
-            bank=value['bank'], turn_rate=value['turn_rate'], pull_rate=task.pull_rate)
+            bank=value['bank'], turn_rate=value['turn_rate'], pull_rate=task.pull_rate,
+            angles=before and before.angles)
         found = replace(found, push=trims.pushed(model, found, density, task.failed))
-        found = trims.in_air(tight, found, air, last['aero'].strips.delta if last else delta)
-        last['aero'] = found.aero
-        return found
+        last['flown'] = trims.in_air(
+            tight, found, air, before.aero.strips.delta if before else delta, parts)
+        return last['flown']
 
     def imbalance(x: FloatArray) -> FloatArray:
         found = flown(x)
@@ -124,12 +132,36 @@ def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = No
     if missing(x) > ACCEPTED and 'throttle' in unknown:
         # A propeller that the air turns answers to no throttle: a search that comes there stays.
         k = unknown.index('throttle')
-        idle = trims.idle_throttle(model, flown(x).airspeed, density, task.failed)
+        idle = propulsion.idle_throttle(aircraft, flown(x).airspeed, density, task.failed)
         if x[k] <= idle + NEAR:
             answering = np.where(np.arange(len(x)) == k, idle, low)
             x = min(x, search(np.maximum(first, answering), answering), key=missing)
     found = replace(flown(x), residual=imbalance(x))
+    found = replace(found, controls=_shown(model, found, dead))
     return replace(found, **_judged(found, unknown, x, low, high))
+
+
+def _without(task: Task, dead: Sequence[str]) -> Task:
+    """Return the task without the controls that are dead, and the engines that are off."""
+    for name, failure in task.failures.items():
+        if failure.kind is Kind.STUCK and failure.angle is None:
+            raise ConfigError(f'{name}:stuck stays where it is, and a trim has no before: give '
+                              'the angle')
+    for name in dead:
+        if name in task.held:
+            raise ConfigError(f'{name} has failed and is held: give one of them')
+    return replace(task, held={**task.held, **dict.fromkeys(dead, 0.0)},
+                   failed=task.failed | failures.engines_off(task.failures))
+
+
+def _shown(model: Model, found: Trim, dead: Sequence[str]) -> Controls:
+    """Return the controls of a flight, dead ones at the deflection that their parts show."""
+    deflections = found.controls.deflections.copy()
+    for name in dead:
+        k = model.aircraft.control_names.index(name)
+        gains = model.aircraft.mixing[:, k]
+        deflections[k] = gains @ found.angles / (gains @ gains)
+    return replace(found.controls, deflections=deflections)
 
 
 def _searched(imbalance: Callable[[FloatArray], FloatArray], x: FloatArray, moved: slice,

@@ -16,15 +16,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import bisect, brentq, root
+from scipy.optimize import brentq, root
 
-from poststall_sim import propulsion, slipstream
+from poststall_sim import failures, propulsion, slipstream
 from poststall_sim.aero import solver
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.atmosphere import Air
 from poststall_sim.engines import Propeller
+from poststall_sim.failures import Failed
 from poststall_sim.frames import (
     GRAVITY,
     FloatArray,
@@ -56,7 +57,8 @@ class Trim:
     airspeed [m/s]; alpha, climb_angle [rad]; controls; residual : X, Z over weight and M over
     weight times chord, (3,), or of all three axes, (6,), where sideways balances were asked for;
     aero: the loads; push: what the engines do; status and message say whether it can be flown;
-    beta, bank [rad]; turn_rate of the heading, pull_rate of pitch beyond it [rad/s].
+    beta, bank [rad]; turn_rate of the heading, pull_rate of pitch beyond it [rad/s]; angles (k,)
+    of the movable parts [rad], once it has loads.
     """
 
     airspeed: float
@@ -72,6 +74,7 @@ class Trim:
     turn_rate: float = 0.0
     pull_rate: float = 0.0
     push: Push | None = None
+    angles: FloatArray | None = None
 
     @property
     def pitch(self) -> float:
@@ -111,6 +114,8 @@ SPEED_LIMIT, SAME_SPEED = 30, 1e-9
 """How often a glide's airspeed is put into its Reynolds numbers, and when that is enough."""
 TIGHT = 1e-9
 """Residual of the closure in a search: what it leaves must not pass for a change of balance."""
+FLOATING_LIMIT = 40
+"""How often a part that floats is put where the flow about it leaves it without a moment."""
 _LENGTHWAYS = [0, 2, 4]
 """X, Z and M among the six balances."""
 _SAMPLES = np.linspace(0.05, 1.0, 20)
@@ -139,12 +144,23 @@ def onset_of(model: Model, flown: Trim, density: float) -> Onset:
                  slipstream.blown(streams))
 
 
-def in_air(model: Model, trial: Trim, air: Air, delta0: FloatArray | None) -> Trim:
-    """Return a flight with the loads of the air."""
-    flown = model.at(trial.airspeed, air.kinematic_viscosity, trial.controls.deflections)
-    return replace(trial, aero=solver.steady(
-        flown, onset_of(model, trial, air.density), trial.controls.deflections,
-        density=air.density, delta0=delta0))
+def in_air(model: Model, trial: Trim, air: Air, delta0: FloatArray | None,
+           failed: Failed = ()) -> Trim:
+    """Return a flight with the loads of the air; failed : what has failed of each part."""
+    asked = model.lattice.angles(trial.controls.deflections)
+    free = asked if trial.angles is None else trial.angles
+    for _ in range(FLOATING_LIMIT):
+        angles = failures.angles(failed, asked, asked, free)
+        flown = model.at(trial.airspeed, air.kinematic_viscosity, trial.controls.deflections,
+                         angles)
+        aero = solver.steady(
+            flown, onset_of(model, trial, air.density), trial.controls.deflections,
+            density=air.density, delta0=delta0, angles=angles)
+        free = model.lattice.floating_angles(angles, aero.strips.alpha)
+        if np.abs(failures.angles(failed, asked, asked, free) - angles).max(initial=0.0) < TIGHT:
+            break
+        delta0 = aero.strips.delta
+    return replace(trial, aero=aero, angles=angles)
 
 
 def balance(model: Model, found: Trim) -> tuple[FloatArray, float]:
@@ -175,33 +191,9 @@ def first_throttle(model: Model, airspeed: float, density: float, failed: frozen
     """
     if not _propellers(model):
         return otherwise
-    pull = _pulling(model, airspeed, density, failed)
+    pull = propulsion.pull(model.aircraft, airspeed, density, failed)
     wanted = model.aircraft.mass.mass * GRAVITY / 12.0
     return next((each for each in map(float, _SAMPLES) if pull(each) > wanted), 1.0)
-
-
-def idle_throttle(model: Model, airspeed: float, density: float, failed: frozenset[str]) -> float:
-    """
-    Return the throttle up to which engines answer to none; 0 where they answer to all.
-
-    The air turns a propeller faster than its motor would: see `first_throttle`.
-    """
-    if not _propellers(model):
-        return 0.0
-    pull = _pulling(model, airspeed, density, failed)
-    least = pull(0.0) + TIGHT * model.aircraft.mass.mass * GRAVITY
-    if pull(float(_SAMPLES[0])) > least or pull(1.0) <= least:
-        return 0.0
-    return bisect(lambda throttle: 1.0 if pull(throttle) > least else -1.0, 0.0, 1.0, xtol=1e-6)
-
-
-def _pulling(model: Model, airspeed: float, density: float,
-             failed: frozenset[str]) -> Callable[[float], float]:
-    """Return the force forward [N] by throttle, straight ahead."""
-    aircraft, ahead = model.aircraft, np.array([airspeed, 0.0, 0.0])
-    return lambda throttle: float(propulsion.balanced(
-        aircraft, Meeting(ahead, np.zeros(3), density,
-                          propulsion.throttles(aircraft, throttle, failed)), failed).force_B[0])
 
 
 def _propellers(model: Model) -> bool:

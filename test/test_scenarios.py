@@ -8,6 +8,7 @@ Numbers are those of a flight, rounded to what another integration of it would g
 """
 
 import dataclasses
+import json
 import math
 from dataclasses import dataclass
 from functools import cache
@@ -15,7 +16,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from poststall_sim import definition, jobs, polar, simulation, trim
+from poststall_sim import cli, definition, jobs, polar, simulation, trim
 from poststall_sim.aero import model as models
 from poststall_sim.frames import euler_from_quaternion, rotation
 from poststall_sim.polar import Condition
@@ -263,6 +264,23 @@ def held_into_a_spin(name, duration, recovered_from):
     if aircraft(name).engines:
         channels.append(Channel('throttle', ((1.0, 0.2), (2.0, 0.0)), False))
     return fly(Scenario('held', duration, 0.85 * AIRSPEED[name], 1500.0, tuple(channels)), name)
+
+
+def test_a_glider_stalls_in_the_straight_stall_without_the_throttle_it_has_not(tmp_path, capsys):
+    """On few panels: 26 of 28 strips stall, alpha 33, and it flies again."""
+    path = tmp_path / 'flight.json'
+    assert cli.main(['fly', '--aircraft', 'glider', '--scenario', 'stall_straight', '--airspeed',
+                     '28', '--altitude', '1000', '--panels', '2', '--duration', '12',
+                     '--json', str(path)]) == 0
+    assert 'glider has no engine: the throttle of stall_straight is left out' \
+        in capsys.readouterr().err
+    summary = json.loads(path.read_text())['summary']
+    assert summary['deepest_stall']['stalled_wing_strips'] > 0.9 * summary['wing_strips']
+    assert 28.0 < summary['deepest_stall']['alpha_deg'] < 38.0
+    assert summary['stalled_strips_at_end'] == 0
+    # The spin's points are the trainer's: its stick goes further back than a glider's.
+    assert cli.main(['fly', '--aircraft', 'glider', '--scenario', 'spin', '--airspeed', '28']) == 2
+    assert 'elevator goes from -25 to 20 deg, got -30' in capsys.readouterr().err
 
 
 def test_a_canard_does_not_spin_because_its_wing_does_not_stall():
