@@ -57,7 +57,7 @@ def test_option_has_a_time():
         8.5, 'elevator', Failure(Kind.STUCK, -5.0 * DEG))
     assert option_values.fault('rudder:float').time == 0.0
     assert option_values.failure('rudder:float') == ('rudder', Failure(Kind.FLOATING))
-    with pytest.raises(argparse.ArgumentTypeError, match="a trim has no time, got 'rudder:lost@3'"):
+    with pytest.raises(argparse.ArgumentTypeError, match='a trim has no time'):
         option_values.failure('rudder:lost@3')
     for word, message in (('rudder:float@soon', 'expected a number'),
                           ('rudder:float@-1', 'at least 0 s')):

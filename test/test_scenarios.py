@@ -266,21 +266,21 @@ def held_into_a_spin(name, duration, recovered_from):
     return fly(Scenario('held', duration, 0.85 * AIRSPEED[name], 1500.0, tuple(channels)), name)
 
 
-def test_a_glider_stalls_in_the_straight_stall_without_the_throttle_it_has_not(tmp_path, capsys):
-    """On few panels: 26 of 28 strips stall, alpha 33, and it flies again."""
+@pytest.mark.parametrize('name, duration, alpha', [
+    ('stall_straight', 12.0, 20.0), ('spin', 9.0, 35.0)])
+def test_a_glider_flies_the_scenarios_without_the_throttle_that_it_has_not(
+        name, duration, alpha, tmp_path, capsys):
+    """On few panels: nine tenths of its wing stall, and after the straight stall it flies."""
     path = tmp_path / 'flight.json'
-    assert cli.main(['fly', '--aircraft', 'glider', '--scenario', 'stall_straight', '--airspeed',
-                     '28', '--altitude', '1000', '--panels', '2', '--duration', '12',
+    assert cli.main(['fly', '--aircraft', 'glider', '--scenario', name, '--airspeed', '28',
+                     '--altitude', '1000', '--panels', '2', '--duration', str(duration),
                      '--json', str(path)]) == 0
-    assert 'glider has no engine: the throttle of stall_straight is left out' \
-        in capsys.readouterr().err
+    assert f'glider has no engine: the throttle of {name} is left out' in capsys.readouterr().err
     summary = json.loads(path.read_text())['summary']
-    assert summary['deepest_stall']['stalled_wing_strips'] > 0.9 * summary['wing_strips']
-    assert 28.0 < summary['deepest_stall']['alpha_deg'] < 38.0
-    assert summary['stalled_strips_at_end'] == 0
-    # The spin's points are the trainer's: its stick goes further back than a glider's.
-    assert cli.main(['fly', '--aircraft', 'glider', '--scenario', 'spin', '--airspeed', '28']) == 2
-    assert 'elevator goes from -25 to 20 deg, got -30' in capsys.readouterr().err
+    deepest, strips = summary['deepest_stall'], summary['wing_strips']
+    assert deepest['stalled_wing_strips'] > 0.9 * strips
+    assert alpha < deepest['alpha_deg'] < alpha + 10.0
+    assert (summary['stalled_strips_at_end'] == 0) == (name == 'stall_straight')
 
 
 def test_a_canard_does_not_spin_because_its_wing_does_not_stall():
