@@ -31,17 +31,21 @@ extras = {
     'record': ['rosbags>=0.11'],
     'plot': ['matplotlib>=3.6'],
     'report': ['plotly>=5.15'],
+    'watch': ['aiohttp>=3.9', 'plotly>=5.15'],
     'progress': ['tqdm>=4.64'],
     'threads': ['threadpoolctl>=3.1'],
     'control': ['control>=0.9.4'],
     'completion': ['shtab>=1.7'],
 }
-extras['all'] = sorted(sum(extras.values(), []))
+extras['all'] = sorted(set(sum(extras.values(), [])))
 # Not in `all`: it brings CasADi and pandas, 300 MB, and only tools/make_polars.py asks for it.
 extras['polars'] = ['neuralfoil>=0.3']
-# Nor this: 400 MB, and one flight needs none of it.
+# Nor these: the first is 350 MB, and one flight needs none of it.
 extras['campaign'] = ['dask[distributed]>=2024.1', 'pyarrow>=14', 'xarray>=2024.1', 'zarr>=2.16']
+extras['learning'] = ['gymnasium>=1.1']
 extras['test'] = [
+    *extras['campaign'],
+    *extras['learning'],
     'hypothesis',
     'pytest>=7.4',
     'pytest-benchmark',
@@ -51,8 +55,16 @@ extras['test'] = [
     # A second DDS, to talk to the nodes, where it has wheels; elsewhere its test is skipped.
     'cyclonedds>=11,<12; sys_platform == "linux" and platform_machine == "x86_64"',
 ]
-# Drives a Chromium that is installed already, to test the report; not in `test`, for its size.
+# Drives a Chromium that is installed already, to test the pages; not in `test`, for its size.
 extras['browser'] = ['playwright>=1.40']
+# The site. MathJax comes along with the last, so that no page asks the network.
+extras['docs'] = [
+    'sphinx>=7.2',
+    'myst-parser>=3',
+    'furo',
+    'sphinx-copybutton',
+    'sphinx-mathjax-offline',
+]
 # ruff's minor versions change what the selected rules report.
 extras['lint'] = ['import-linter>=2.1', 'ruff>=0.17,<0.18']
 
@@ -60,7 +72,8 @@ setup(
     name=package_name,
     version='0.1.0',
     packages=find_packages(include=[package_name, package_name + '.*']),
-    package_data={package_name + '.report': ['page.html', 'page.js']},
+    package_data={package_name + '.report': ['page.html', 'page.js', 'figures.js'],
+                  package_name + '.watch': ['live.html', 'live.css', 'live.js', 'aircraft.js']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
         ('share/' + package_name, ['package.xml']),

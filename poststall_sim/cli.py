@@ -30,10 +30,11 @@ from poststall_sim.commands import (
     report,
     show,
     trim,
+    watch,
 )
 
 COMMANDS = (new, show, check, polar, trim, modes, derivatives, database, fly, plot, report,
-            export, airfoil, campaign)
+            watch, export, airfoil, campaign)
 """In the order of the help."""
 
 _NEGATIVE = re.compile(r'-[\d.]')

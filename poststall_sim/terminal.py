@@ -55,8 +55,8 @@ def print_rows(title: str, rows: Iterable[tuple[str, object]]) -> None:
 
 
 def say(text: str) -> None:
-    """Print a line."""
-    print(text)
+    """Print a line, at once: somebody may wait for it."""
+    print(text, flush=True)
 
 
 def drawn(path: Path) -> None:

@@ -120,7 +120,7 @@ def test_the_example_of_the_documentation_is_read(tmp_path):
     ('length_m: 5', 'length_m: 0', 'air.gusts[0]: gust: length must be'),
     ('begin_m: 4', 'begin_s: 4', 'air.gusts[1]: unknown key begin_s with value 4'),
     ('level: moderate', 'level: rough', 'air.turbulence.level: must be one of light, moderate'),
-    ('level: moderate, ', '', 'air.turbulence: key sigma_m_s must be there'),
+    ('level: moderate, ', '', 'air.turbulence: expected either level or sigma_m_s, got neither'),
     ('seed: 4', 'seed: 0.5', 'air.turbulence.seed: must be a whole number, got 0.5'),
     ('spectrum', 'sprectum', 'did you mean spectrum'),
     ('shear:', 'sheer:', 'did you mean shear')])

@@ -4,12 +4,12 @@
 
 import html.parser
 import json
-import shutil
 import sys
-import time
+from contextlib import ExitStack
 
 import numpy as np
 import pytest
+from browsers import SCREENS, Tab, chromium
 
 pytest.importorskip('plotly', reason='reports need plotly')
 pytest.importorskip('rosbags', reason='bags need rosbags')
@@ -302,64 +302,31 @@ def test_without_the_library_the_command_says_what_to_install(folder, capsys, mo
     assert 'pip install plotly' in capsys.readouterr().err
 
 
-CHROMIUM = next(filter(None, map(shutil.which, (
-    'chromium', 'chromium-browser', 'google-chrome'))), None)
-
-
 @pytest.fixture(scope='module')
 def browser():
-    playwright = pytest.importorskip('playwright.sync_api', reason='needs playwright')
-    if CHROMIUM is None:
-        pytest.skip('no Chromium is installed')
-    with playwright.sync_playwright() as driver:
-        # No graphics hardware: WebGL is drawn by the processor.
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=[
-            '--no-sandbox', '--disable-gpu', '--enable-unsafe-swiftshader',
-            '--disable-background-networking'])
-        yield browser
-        browser.close()
-
-
-def until(page, expression):
-    """Wait for an expression; playwright's own way evaluates text, which the page forbids."""
-    end = time.monotonic() + 30.0
-    while not page.evaluate(expression):
-        assert time.monotonic() < end, expression
-        page.wait_for_timeout(50)
+    yield from chromium()
 
 
 @pytest.fixture
 def opened(browser, folder):
-    """Open a report in a window; at the end nothing was asked for and nothing was wrong."""
-    contexts, asked, wrong = [], [], []
+    """Open reports in windows; at the end nothing was asked for and nothing was wrong."""
+    with ExitStack() as tabs:
+        def open_page(name, *size):
+            tab = tabs.enter_context(Tab(browser, (folder / name).as_uri(), size))
+            tab.until('document.getElementById("readouts").textContent !== ""')
+            return tab
 
-    def open_page(name, width, height):
-        contexts.append(browser.new_context(
-            viewport={'width': width, 'height': height}, is_mobile=width < 700,
-            has_touch=width < 700))
-        page = contexts[-1].new_page()
-        page.on('request', lambda request: asked.append(request.url))
-        page.on('pageerror', lambda error: wrong.append(str(error)))
-        page.on('console', lambda said: wrong.append(said.text) if said.type == 'error' else None)
-        page.goto((folder / name).as_uri())
-        until(page, 'document.getElementById("readouts").textContent !== ""')
-        return page
-
-    yield open_page
-    for context in contexts:
-        context.close()
-    assert wrong == []
-    assert asked and all(url.startswith(('file:', 'data:', 'blob:')) for url in asked)
+        yield open_page
 
 
 LOADING = 'Array.from(document.getElementById("loading").data[0].y)'
-SCREENS = [(1280, 800), (390, 844)]
 
 
 @pytest.mark.browser
 @pytest.mark.parametrize('size', SCREENS, ids=['desk', 'phone'])
 def test_the_slider_moves_loading_points_aircraft_and_the_line_in_time(opened, of_bag, size):
-    page, data = opened('bag.html', *size), of_bag.data
+    tab, data = opened('bag.html', *size), of_bag.data
+    page = tab.page
 
     def shown():
         return page.evaluate(f"""[{LOADING},
@@ -369,7 +336,7 @@ def test_the_slider_moves_loading_points_aircraft_and_the_line_in_time(opened, o
             document.getElementById("readouts").textContent]""")
 
     def wait_for(frame):
-        until(page, f'{LOADING}[0] === {data["strips"]["cl"][frame][0]}')
+        tab.until(f'{LOADING}[0] === {data["strips"]["cl"][frame][0]}')
 
     deepest = next(event['frame'] for event in data['events'] if event['kind'] == 'deepest')
     wait_for(deepest)
@@ -394,7 +361,8 @@ def test_the_slider_moves_loading_points_aircraft_and_the_line_in_time(opened, o
 
 @pytest.mark.browser
 def test_histories_zoom_together_and_playing_goes_on(opened):
-    page = opened('bag.html', 1280, 800)
+    tab = opened('bag.html', 1280, 800)
+    page = tab.page
     page.evaluate('Plotly.relayout("histories", {"xaxis3.range": [4, 6]})')
     axes = page.evaluate("""Object.entries(document.getElementById("histories")._fullLayout)
         .filter(([key]) => key.startsWith("xaxis")).map(([, axis]) => Array.from(axis.range))""")
@@ -402,7 +370,7 @@ def test_histories_zoom_together_and_playing_goes_on(opened):
     slider = 'Number(document.getElementById("slider").value)'
     begin = page.evaluate(slider)
     page.click('#play')
-    until(page, f'{slider} > {begin + 4}')
+    tab.until(f'{slider} > {begin + 4}')
     page.keyboard.press('ArrowLeft')   # whoever moves the slider takes over
     assert page.get_attribute('#play', 'aria-label') == 'play'
 
@@ -413,13 +381,9 @@ def test_histories_zoom_together_and_playing_goes_on(opened):
     ('bag.html', SCREENS[1], ('view', 'loading', 'points', 'histories')),
     ('fly.html', SCREENS[1], ('view', 'histories')),
     ('polar.html', SCREENS[0], ('loading', 'points', 'histories'))])
-def test_every_figure_draws_something(opened, tmp_path, name, size, figures):
-    image = pytest.importorskip('matplotlib.image', reason='reads the screenshots')
-    page = opened(name, *size)
-    page.wait_for_timeout(500)   # the first picture of WebGL comes after the script's end
+def test_every_figure_draws_something(opened, name, size, figures):
+    tab = opened(name, *size)
+    tab.page.wait_for_timeout(500)   # the first picture of WebGL comes after the script's end
     for figure in figures:
-        path = tmp_path / f'{figure}.png'
-        page.locator(f'#{figure}').screenshot(path=path)
-        inked = np.count_nonzero(image.imread(path)[..., :3].min(axis=-1) < 0.8)
-        assert inked > 1000, figure
-    assert page.locator('section:visible').count() == len(figures) + 2
+        assert tab.inked(f'#{figure}') > 1000, figure
+    assert tab.page.locator('section:visible').count() == len(figures) + 2

@@ -4,5 +4,5 @@
 A flight or a polar as one HTML page that needs nothing else, to be looked at in any browser.
 
 `flight` and `polar` put together what the page shows, as plain data; `page` makes the file of it;
-page.html and page.js are what the browser gets.
+page.html and page.js are what the browser gets, and figures.js, which the live page shares.
 """

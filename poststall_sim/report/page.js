@@ -6,20 +6,10 @@
 (() => {
   const page = JSON.parse(document.getElementById('data').textContent);
   const {colours, strips, view} = page;
+  const {narrow, touch, font, config, grid, axis, clean, count, key, fixed, ...shared} =
+    poststallFigures(colours);
   const element = (id) => document.getElementById(id);
-  const narrow = window.matchMedia('(max-width: 700px)').matches;
-  const touch = window.matchMedia('(pointer: coarse)').matches;
-  const font = {family: 'system-ui, sans-serif', size: narrow ? 11 : 12, color: colours.ink};
-  const config = {displaylogo: false, responsive: true, displayModeBar: touch ? false : 'hover',
-    modeBarButtonsToRemove: ['select2d', 'lasso2d', 'autoScale2d', 'tableRotation',
-      'resetCameraLastSave3d']};
-  const grid = {gridcolor: '#E6E8EB', zerolinecolor: '#B9BEC5', linecolor: '#8A9099'};
   const drawn = [];   // one function for each figure that follows the slider
-
-  const count = (n) => Array.from({length: n}, (_, i) => i);
-  const axis = (title, more) => ({title: {text: title, standoff: 6}, ...grid, ...more});
-  const clean = (layout) => ({font, paper_bgcolor: '#fff', plot_bgcolor: '#fff',
-    showlegend: false, ...layout});
 
   // Attached, or from a light to a full colour of stall with the share of the wing.
   const channels = (colour) => [1, 3, 5].map((i) => parseInt(colour.slice(i, i + 2), 16));
@@ -29,46 +19,13 @@
     return 'rgb(' + least.map((c, i) => Math.round(c + share * (full[i] - c))).join(',') + ')';
   }
 
-  // The colour and the sign of each strip of a surface at an instant.
-  const isStalled = (frame, group) => strips.stalled === null ? [] :
-    [...strips.stalled[frame].slice(group.begin, group.end)].map((each) => each === '1');
-  const marked = (frame, groups) => {
-    const pick = (yes, no) => groups.map((group) => {
-      const stalled = isStalled(frame, group);
-      return count(group.end - group.begin).map((i) => stalled[i] ? yes : no);
-    });
-    return {y: cut(strips.cl[frame], groups), 'marker.symbol': pick('triangle-down', 'circle'),
-      'marker.color': pick(colours.stalled, colours.attached)};
-  };
+  const {legend, small, surfaceTrace} = shared.ofStrips(strips);
   const cut = (values, groups) => groups.map((group) => values.slice(group.begin, group.end));
-  const surfaceTrace = (group, number, more) => ({type: 'scatter', name: group.name, x: [], y: [],
-    marker: {size: number ? 6 : 9, opacity: number ? 0.6 : 1, line: {width: 0}}, ...more});
-  const key = (colour, text) => '<span style="color:' + colour + '">' + text + '</span>';
-  const legend = strips === null || strips.stalled === null ? '' :
-    key(colours.attached, '\u25cf attached') + '\u2002' +
-    key(colours.stalled, '\u25bc past its stall') + '\u2002';
-  const small = (groups) => groups.length < 2 ? '' : '\u2002small: ' +
-    groups.slice(1).map((group) => group.name.replace(/[<&]/g, '')).join(', ') + '.';
+  const marked = (frame, groups) => shared.marked(strips.cl[frame], strips.stalled === null ?
+    null : [...strips.stalled[frame]].map((each) => each === '1'), groups);
 
   function drawLoading() {
-    const groups = strips.groups.filter((group) => !group.upright);
-    const traces = groups.map((group, number) => surfaceTrace(group, number, {
-      mode: 'lines+markers', x: strips.y.slice(group.begin, group.end),
-      line: {color: '#9AA1A9', width: number ? 1 : 1.5},
-      hovertemplate: group.name + ', y %{x:.2f} m: cl %{y:.3f}<extra></extra>'}));
-    const wing = strips.groups[0];
-    if (strips.cl_max !== null) {
-      traces.push({type: 'scatter', mode: 'lines', x: strips.y.slice(wing.begin, wing.end),
-        y: strips.cl_max.slice(wing.begin, wing.end), hoverinfo: 'skip',
-        line: {color: colours.limit, width: 1.5, dash: 'dash'}});
-    }
-    const half = 1.06 * Math.max(...strips.y.slice(wing.begin, wing.end).map(Math.abs));
-    element('loading-hint').innerHTML = legend + (strips.cl_max === null ? '' :
-      key(colours.limit, '- - greatest cl of the section')) + small(groups);
-    Plotly.newPlot('loading', traces, clean({
-      margin: {l: 48, r: 10, t: 8, b: 42}, dragmode: false,
-      xaxis: axis('y [m], port on the left', {range: [half, -half], fixedrange: true}),
-      yaxis: axis('strip cl [-]', {range: strips.range, fixedrange: true})}), config);
+    const groups = shared.drawLoading(strips);
     drawn.push((frame) => Plotly.restyle('loading', marked(frame, groups), count(groups.length)));
   }
 
@@ -235,9 +192,6 @@
     });
     return best;
   }
-
-  // Zero has no sign.
-  const fixed = (value, digits) => value.toFixed(digits).replace(/^-(?=[0.]+$)/, '');
 
   // Shows an instant; figures are drawn at most once for each frame of the screen.
   let shown = -1, due = false;

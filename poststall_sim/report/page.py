@@ -35,9 +35,10 @@ _UNITS = {'_deg': 'deg', '_m_s': 'm/s', '_m2': 'm^2', '_m': 'm', '_s': 's', '_kg
           '_kg_m3': 'kg/m^3', '_K': 'K', '_Pa': 'Pa', '_chords': 'chords'}
 """Endings of keys, longest first where one ends another."""
 
-_COLOURS = {'attached': style.ATTACHED, 'partly': style.PARTLY_STALLED, 'stalled': style.STALLED,
-            'limit': style.LIMIT, 'ink': style.INK, 'faint': style.FAINT,
-            'second': style.SECOND, 'third': style.THIRD}
+COLOURS = {'attached': style.ATTACHED, 'partly': style.PARTLY_STALLED, 'stalled': style.STALLED,
+           'limit': style.LIMIT, 'ink': style.INK, 'faint': style.FAINT,
+           'second': style.SECOND, 'third': style.THIRD}
+"""What the scripts of pages call the colours of figures."""
 
 
 def write(data: Data, path: Path) -> None:
@@ -61,13 +62,14 @@ def text(data: Data) -> str:
         raise ImportError('reports need plotly: pip install plotly') from error
     files = resources.files(__package__)
     # In a script element only this could end it early.
-    shown = json.dumps(data | {'colours': _COLOURS}, allow_nan=False,
+    shown = json.dumps(data | {'colours': COLOURS}, allow_nan=False,
                        separators=(',', ':')).replace('<', '\\u003c')
+    scripts = [(files / name).read_text(encoding='utf-8') for name in ('figures.js', 'page.js')]
     return Template((files / 'page.html').read_text(encoding='utf-8')).substitute(
         title=html.escape(data['title']), subtitle=html.escape(data['subtitle']),
         version=html.escape(__version__), events=_events(data['events']),
         tables=_tables(data['tables']), notes=_notes(data['notes']), data=shown,
-        library=get_plotlyjs(), script=(files / 'page.js').read_text(encoding='utf-8'))
+        library=get_plotlyjs(), script='\n'.join(scripts))
 
 
 def numbers(values: Any, figures: int = _FIGURES) -> list:

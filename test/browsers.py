@@ -1,0 +1,70 @@
+# Copyright 2026 the poststall_sim developers
+# SPDX-License-Identifier: Apache-2.0
+"""An installed Chromium, driven by playwright: pages that ask nobody and complain of nothing."""
+
+import io
+import shutil
+import time
+
+import numpy as np
+import pytest
+
+CHROMIUM = next(filter(None, map(shutil.which, (
+    'chromium', 'chromium-browser', 'google-chrome'))), None)
+SCREENS = [(1280, 800), (390, 844)]
+
+
+def chromium():
+    """Yield a browser; skip where there is none."""
+    playwright = pytest.importorskip('playwright.sync_api', reason='needs playwright')
+    if CHROMIUM is None:
+        pytest.skip('no Chromium is installed')
+    with playwright.sync_playwright() as driver:
+        # No graphics hardware: WebGL is drawn by the processor.
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=[
+            '--no-sandbox', '--disable-gpu', '--enable-unsafe-swiftshader',
+            '--disable-background-networking'])
+        yield browser
+        browser.close()
+
+
+class Tab:
+    """A page in a window of a size; at the end it asked only its own address and erred nowhere."""
+
+    def __init__(self, browser, url, size):
+        width, height = size
+        self._context = browser.new_context(
+            viewport={'width': width, 'height': height}, is_mobile=width < 700,
+            has_touch=width < 700)
+        self.page = self._context.new_page()
+        self._asked, self._wrong = [], []
+        self._own = url.partition('#')[0]
+        self.page.on('request', lambda request: self._asked.append(request.url))
+        self.page.on('pageerror', lambda error: self._wrong.append(str(error)))
+        self.page.on('console', lambda said: self._wrong.append(said.text)
+                     if said.type == 'error' else None)
+        self.page.goto(url)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, error, trace):
+        self._context.close()
+        assert self._wrong == []
+        if kind is None:
+            own = self._own, 'data:', f'blob:{self._own}', self._own.replace('http', 'ws')
+            assert self._asked and all(url.startswith(own) for url in self._asked), self._asked
+
+    def until(self, expression):
+        """Wait for an expression; playwright's own way evaluates text, which pages forbid."""
+        end = time.monotonic() + 30.0
+        while not (found := self.page.evaluate(expression)):
+            assert time.monotonic() < end, expression
+            self.page.wait_for_timeout(50)
+        return found
+
+    def inked(self, selector):
+        """Return how many points of an element are not nearly white."""
+        image = pytest.importorskip('matplotlib.image', reason='reads the screenshots')
+        shot = image.imread(io.BytesIO(self.page.locator(selector).screenshot()), format='png')
+        return np.count_nonzero(shot[..., :3].min(axis=-1) < 0.8)
