@@ -24,7 +24,7 @@ SHELL := /bin/sh
 .SHELLFLAGS := -eu -c
 .ONESHELL:
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint bench soak matrix figures draw clean
+.PHONY: help demo test lint bench soak matrix figures draw docs clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-8s %s\n", $$1, $$2 }' Makefile
@@ -53,8 +53,11 @@ bench: .venv/kernels  ## how fast, one question per benchmark
 soak: .venv/kernels  ## the tests and the benchmarks that take minutes
 	.venv/bin/pytest -m soak test benchmark $(ARGS)
 
-figures: .venv/kernels  ## draw the figures of docs/figures.md; ARGS='3_3 table' picks some
+figures: .venv/kernels  ## draw the figures and tables of docs and README; ARGS='3_3 table' picks some
 	.venv/bin/python tools/figures.py $(ARGS)
+
+docs: .venv/docs  ## the site, docs/_build/html/index.html; a warning is an error
+	.venv/bin/python -m sphinx -W --keep-going -q $(ARGS) docs docs/_build/html
 
 draw: .venv/installed  ## draw a bag again; BAG=folder, by default the demo's
 	.venv/bin/poststall plot $(or $(BAG),$(error no bag: run `make demo`, or give BAG=folder))
@@ -93,6 +96,10 @@ draw: .venv/installed  ## draw a bag again; BAG=folder, by default the demo's
 	fi
 	echo "Installing into .venv with $$(.venv/bin/python --version): once, about a minute."
 	.venv/bin/python -m pip install -q --disable-pip-version-check -e '.[all,test,lint]'
+	touch $@
+
+.venv/docs: .venv/installed
+	@.venv/bin/python -m pip install -q --disable-pip-version-check -e '.[docs]'
 	touch $@
 
 # Both ends of what users have: Ubuntu 24.04 ships numpy 1.26.4 and scipy 1.11.4.
@@ -139,6 +146,6 @@ matrix:  ## python 3.11 and 3.12, each with numpy 1.26 and 2: the tests that are
 	[ -z "$$failed" ] && [ -n "$$ran" ]
 
 clean:  ## remove all that the targets and colcon have made
-	rm -rf .venv .matrix demo_output build install log *.egg-info
+	rm -rf .venv .matrix demo_output docs/_build build install log *.egg-info
 	rm -rf .pytest_cache .ruff_cache .import_linter_cache .hypothesis .benchmarks
 	find poststall_sim test launch tools -name __pycache__ -prune -exec rm -rf {} +

@@ -40,9 +40,12 @@ extras = {
 extras['all'] = sorted(set(sum(extras.values(), [])))
 # Not in `all`: it brings CasADi and pandas, 300 MB, and only tools/make_polars.py asks for it.
 extras['polars'] = ['neuralfoil>=0.3']
-# Nor this: 400 MB, and one flight needs none of it.
+# Nor these: the first is 350 MB, and one flight needs none of it.
 extras['campaign'] = ['dask[distributed]>=2024.1', 'pyarrow>=14', 'xarray>=2024.1', 'zarr>=2.16']
+extras['learning'] = ['gymnasium>=1.1']
 extras['test'] = [
+    *extras['campaign'],
+    *extras['learning'],
     'hypothesis',
     'pytest>=7.4',
     'pytest-benchmark',
@@ -54,6 +57,14 @@ extras['test'] = [
 ]
 # Drives a Chromium that is installed already, to test the pages; not in `test`, for its size.
 extras['browser'] = ['playwright>=1.40']
+# The site. MathJax comes along with the last, so that no page asks the network.
+extras['docs'] = [
+    'sphinx>=7.2',
+    'myst-parser>=3',
+    'furo',
+    'sphinx-copybutton',
+    'sphinx-mathjax-offline',
+]
 # ruff's minor versions change what the selected rules report.
 extras['lint'] = ['import-linter>=2.1', 'ruff>=0.17,<0.18']
 

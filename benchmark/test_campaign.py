@@ -4,12 +4,16 @@
 What a campaign costs beyond its flights: on two cores, and with ten thousand idle tasks.
 
 The first is measured in processor time, of all processes of cluster and client, so that a machine
-that does other things gives the same answer. `--flights 2000` is the whole question; by default
-it is asked of 60 flights, of 10 s like those. Both print what they find, and write it to
-`results/campaign*.json`.
+that does other things gives the same answer. The whole question, in one command, is
+
+    pytest -m soak benchmark/test_campaign.py -k 'two_cores or to_the_byte' -s --flights 2000
+
+and by default it is asked of 60 flights, of 10 s like those. Tables are held against each other
+over 200 flights at most. All print what they find, and write it to `results/campaign*.json`.
 """
 
 import concurrent.futures
+import hashlib
 import json
 import multiprocessing
 import time
@@ -19,10 +23,11 @@ from report import holds, keep
 
 pytest.importorskip('distributed', reason='distributed is not installed: see extra campaign')
 pytest.importorskip('pyarrow', reason='pyarrow is not installed: see extra campaign')
+pytest.importorskip('zarr', reason='zarr is not installed: see extra campaign')
 
 import processes
 
-from poststall_sim.campaign import cases, compute, engine
+from poststall_sim.campaign import cases, compute, engine, job, table
 from poststall_sim.campaign import definition as files
 
 WORKERS = 2
@@ -46,10 +51,14 @@ samples: {{count: {flights}}}
 """
 
 
-def made(tmp_path, flights, seconds):
+def read(tmp_path, flights, seconds, more=''):
     path = tmp_path / 'cost.yaml'
-    path.write_text(CAMPAIGN.format(flights=flights, seconds=seconds))
-    return list(cases.Builder(files.campaign(path)).cases())
+    path.write_text(CAMPAIGN.format(flights=flights, seconds=seconds) + more)
+    return files.campaign(path)
+
+
+def made(tmp_path, flights, seconds):
+    return list(cases.Builder(read(tmp_path, flights, seconds)).cases())
 
 
 def alone(given):
@@ -100,6 +109,29 @@ def test_efficiency_memory_and_cost_on_two_cores(tmp_path, request):
         assert holds(ASKED[name], value), (name, value)
 
 
+def test_one_two_and_four_workers_write_the_same_table_to_the_byte(tmp_path, request):
+    """And the same histories; on two cores four take turns."""
+    flights = min(request.config.getoption('--flights') or 24, 200)
+    seconds = request.config.getoption('--flight-seconds') or 10.0
+    campaign = read(tmp_path, flights, seconds, 'keep: {history_every_s: 0.1}\n')
+    prints, wall = {}, {}
+    for workers in (1, 2, 4):
+        folder, begin = tmp_path / str(workers), time.monotonic()
+        done = job.run(campaign, folder, watch=lambda rows, total: iter(rows), workers=workers)
+        wall[workers] = time.monotonic() - begin
+        assert done['ends'] == {'done': flights}
+        chunks = sorted((folder / table.HISTORIES / 'history').glob('[0-9]*'))
+        assert len(chunks) == flights
+        prints[workers] = [hashlib.sha256((folder / table.TABLE).read_bytes()).hexdigest(),
+                           hashlib.sha256(b''.join(each.read_bytes() for each in chunks)
+                                          ).hexdigest()]
+    found = {'flights': flights, 'seconds': seconds, 'wall_s_by_workers': wall,
+             'sha256_of_table_and_histories': prints}
+    print(json.dumps(found, indent=1))
+    keep('campaign_identity', {}, **found)
+    assert prints[1] == prints[2] == prints[4]
+
+
 @pytest.mark.parametrize('threads', [1, 200])
 def test_ten_thousand_tasks_that_do_nothing(tmp_path, threads):
     """As many as a hundred machines have: two workers of so many threads, which only answer."""
@@ -118,11 +150,17 @@ def test_ten_thousand_tasks_that_do_nothing(tmp_path, threads):
                                   host='127.0.0.1', dashboard_address=None) as cluster, \
             distributed.Client(cluster, set_as_default=False) as client:
         begin, cpu = time.monotonic(), time.process_time()
-        numbers = [each.row['case'] for each in engine.run(client, given, nothing)]
+        numbers, tallies = [], 0
+        for each in engine.run(client, given, nothing):
+            numbers.append(each.row['case'])
+            if len(numbers) % 1000 == 999:
+                kept, = client.get_metadata([engine._TALLY]).values()
+                tallies = max(tallies, sum(map(len, kept.values())))
         wall, cpu = time.monotonic() - begin, time.process_time() - cpu
     assert sorted(numbers) == list(range(TINY))
+    assert 0 < tallies <= 2 * engine.TOGETHER + WORKERS * threads
     found = {'tasks': TINY, 'threads': WORKERS * threads, 'wall_s': wall,
              'tasks_per_s': TINY / wall, 'scheduler_and_client_ms_per_task': 1e3 * cpu / TINY,
-             'bytes_sent_per_task': sent}
+             'bytes_sent_per_task': sent, 'tallies_kept': tallies}
     print(json.dumps(found, indent=1))
     keep(f'campaign_tasks_{WORKERS * threads}', {}, **found)

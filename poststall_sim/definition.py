@@ -131,9 +131,14 @@ def aircraft(path: str | os.PathLike[str]) -> Aircraft:
 
     A file that ends in .avl is one of AVL; its masses are in the .mass file beside it, if any.
     """
-    if Path(path).suffix.lower() == '.avl':
+    if is_avl(path):
         return avl_reader.aircraft(path)
     return aircraft_in(open_yaml(path), Path(path).parent)
+
+
+def is_avl(path: str | os.PathLike[str]) -> bool:
+    """Tell whether a file is one of AVL, by its name."""
+    return Path(path).suffix.lower() == '.avl'
 
 
 def aircraft_in(read: Reader, folder: Path) -> Aircraft:

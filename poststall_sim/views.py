@@ -63,7 +63,7 @@ class Views:
         reference = aircraft.reference
         self._widths = {'lift': 0.004 * reference.span, 'wake': 0.0015 * reference.span}
         self._body = silhouette.triangles(silhouette.fuselage(aircraft))
-        self._strips = silhouette.triangles(_strip_quads(model))
+        self._strips = silhouette.triangles(strip_quads(model))
         self._arm_G = lattice.quarter_chord - np.array(aircraft.mass.cg_G)
         weight = aircraft.mass.mass * GRAVITY
         self._lift_scale = LIFT_LENGTH * reference.span / (weight / reference.span)
@@ -172,7 +172,7 @@ def wake_lines(flight: Flight) -> FloatArray:
     return np.concatenate([along.reshape(-1, 3), across.reshape(-1, 3)])
 
 
-def _strip_quads(model: Model) -> list[FloatArray]:
+def strip_quads(model: Model) -> list[FloatArray]:
     """Return the four corners (4, 3) of each strip in base_link [m], from the lattice's rings."""
     lattice, cg = model.lattice, np.array(model.aircraft.mass.cg_G)
     quads: list[FloatArray] = []

@@ -47,8 +47,9 @@ def rows(folder):
 def histories(folder):
     """Return the bytes of every chunk of the histories."""
     root = folder / table.HISTORIES
+    # What Zarr was writing when it was killed, it leaves beside the chunk.
     return {path.relative_to(root): path.read_bytes() for path in root.rglob('*.*')
-            if path.is_file()}
+            if path.is_file() and path.suffix != '.partial'}
 
 
 def test_one_worker_and_two_write_the_same_table_to_the_byte(tmp_path):
@@ -112,6 +113,18 @@ def test_a_campaign_is_gone_on_with_and_one_of_another_definition_is_not(tmp_pat
         flown(path, tmp_path / 'nowhere', workers=1, resume=True)
 
 
+def test_a_row_of_a_worker_with_another_version_ends_the_run(tmp_path):
+    """One that joined after the cluster was looked over: its row is not to be in the table."""
+    builder = cases.Builder(files.campaign(campaigns.written(tmp_path / 'given')))
+
+    def other(case, session):
+        return engine.Computed({'case': case.index, 'numpy': '0.1'}, None, {'worker': 'tcp://x:1'})
+
+    with engine.cluster(None, 1) as client:
+        with pytest.raises(engine.EngineError, match='worker tcp://x:1 has numpy 0.1, here is'):
+            list(engine.run(client, builder.cases(), other))
+
+
 def test_two_programs_do_not_write_into_one_folder(tmp_path):
     campaign = files.campaign(campaigns.written(tmp_path / 'given'))
     given = job.identity(campaign), job.columns(campaign)
@@ -139,6 +152,84 @@ def test_a_scheduler_that_is_not_there_is_said_so(tmp_path, capsys):
     assert cli.main(['campaign', str(path), '--output', str(tmp_path / 'out'),
                      '--scheduler', 'tcp://127.0.0.1:9']) == 2
     assert 'no scheduler answers at tcp://127.0.0.1:9' in capsys.readouterr().err
+
+
+KILLED = """
+import os
+import sys
+from pathlib import Path
+
+import dask.array
+import xarray
+import zarr
+from poststall_sim.campaign import table
+
+COLUMNS = {'case': int, 'status': str, 'height_lost_m': float}
+COST = {'cpu_s': 1.0, 'wall_s': 1.0, 'worker': 'x', 'tries': 1}
+table.EVERY_ROWS = 2
+
+
+def campaign(folder, instant, resume):
+    events = 0
+
+    def look(event, given):
+        nonlocal events
+        if event in ('open', 'os.rename', 'os.mkdir', 'os.remove', 'os.rmdir', 'fcntl.flock') and (
+                event == 'fcntl.flock' or folder in map(str, given[:2]) or
+                any(str(each).startswith(folder + os.sep) for each in given[:2])):
+            events += 1
+            if events == instant:
+                os._exit(9)   # as SIGKILL: nothing is flushed, nothing cleaned up
+
+    sys.addaudithook(look)
+    with table.opened(Path(folder), {'name': 'brief'}, COLUMNS, resume=resume) as store:
+        store.make_histories(5, 2, ['alpha', 'beta'])
+        for case in range(5):
+            if case not in store.done:
+                history = [[case, 0.5], [case + 0.1, 0.25]]
+                store.add({'case': case, 'status': 'done', 'height_lost_m': case / 3.0}, history,
+                          COST)
+        ends, _ = store.finish()
+    os._exit(0 if ends == {'done': 5} else 1)
+
+
+def ended(*given):
+    child = os.fork()   # of a process that has used none of these libraries' threads yet
+    if child == 0:
+        try:
+            campaign(*given)
+        except BaseException as error:
+            print(given, repr(error), file=sys.stderr, flush=True)
+        os._exit(2)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+for instant in range(1, 400, int(sys.argv[2])):
+    folder = os.path.join(sys.argv[1], str(instant))
+    end = ended(folder, instant, False)
+    if end != 0:
+        assert end == 9, end
+        resume = os.path.exists(os.path.join(folder, 'campaign.json'))
+        assert ended(folder, 0, resume) == 0, (instant, resume)
+    else:
+        break
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, 'fork'), reason='kills children as POSIX has them')
+@pytest.mark.parametrize('every', [24, pytest.param(1, marks=pytest.mark.soak)])
+def test_killed_before_any_write_it_is_gone_on_with_to_the_same_folder(tmp_path, every):
+    """At every call, or every 24th, that changes or opens a file in the folder."""
+    done = subprocess.run([sys.executable, '-c', KILLED, str(tmp_path), str(every)], timeout=280,
+                          env=campaigns.environment(), capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    instants = sorted(map(int, (path.name for path in tmp_path.iterdir())))
+    assert instants[-1] > 80   # else the calls are not seen
+    whole = tmp_path / str(instants[-1])   # the one that nothing ended
+    for instant in instants[:-1]:
+        folder = tmp_path / str(instant)
+        assert (folder / table.TABLE).read_bytes() == (whole / table.TABLE).read_bytes(), instant
+        assert histories(folder) == histories(whole), instant
 
 
 @pytest.mark.soak

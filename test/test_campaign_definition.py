@@ -8,9 +8,18 @@ import math
 import campaigns
 import numpy as np
 import pytest
+import yaml
 from scipy import stats
 
-from poststall_sim import autopilot_law, definition, jobs, simulation
+from poststall_sim import (
+    aircraft_writer,
+    autopilot_law,
+    avl_mass,
+    avl_writer,
+    definition,
+    jobs,
+    simulation,
+)
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.campaign import case as records
 from poststall_sim.campaign import cases, compute, pilots, sampling
@@ -128,7 +137,7 @@ def test_turbulence_is_another_one_in_each_case_and_its_own_seed_changes_nothing
 def test_grids_are_crossed_and_each_of_their_points_has_the_same_samples():
     variables = (Variable('a', (1.0, 2.0, 3.0)), Variable('x', Distribution('norm', {})),
                  Variable('b', ('p', 'q')), Variable('y', Distribution('uniform', {})))
-    rows = sampling.design(variables, Samples(Method.LATIN_HYPERCUBE, 5), seed=1)
+    rows = sampling.Design(variables, Samples(Method.LATIN_HYPERCUBE, 5), seed=1)
     assert len(rows) == 3 * 2 * 5
     assert len({(a, b) for a, _, b, _ in rows}) == 6
     drawn = {(a, b): [(x, y) for a2, x, b2, y in rows if (a2, b2) == (a, b)]
@@ -141,7 +150,7 @@ def test_samples_fall_once_into_each_stratum(method):
     # What both are for: of n samples each n-th of a distribution has one, in every dimension.
     variables = (Variable('x', Distribution('norm', {'loc': 9.0, 'scale': 0.3})),
                  Variable('y', Distribution('uniform', {})))
-    rows = np.array(sampling.design(variables, Samples(method, 64), seed=4))
+    rows = np.array(sampling.Design(variables, Samples(method, 64), seed=4))
     shares = stats.norm(9.0, 0.3).cdf(rows[:, 0]), rows[:, 1]
     for share in shares:
         assert sorted(np.floor(64 * share).astype(int)) == list(range(64))
@@ -245,6 +254,68 @@ def test_steady_flight_is_mapped_too(tmp_path, kind, condition, quantity):
         assert values[2] > values[0] > values[1]
     else:   # the further ahead the balance, the more up elevator, and the more so at more lift
         assert values[1] > values[0] and values[1] - values[0] < values[3] - values[2]
+
+
+def test_steady_flight_has_the_air_it_is_given_and_that_does_not_move(tmp_path):
+    """Dynamic pressure goes with density, and at one weight the airspeed with its root."""
+    text = ('name: brief\nkind: trim\naircraft: trainer\ncondition: {alpha_deg: 5.0}\n'
+            'air: {density_kg_m3: 1.2}\nvary:\n'
+            '  - {key: air.density_kg_m3, values: [1.2, 0.6]}\n')
+    read = campaign(tmp_path, text)
+    assert cases.check(read) == 2
+    dense, thin = (compute.compute(case).quantities['airspeed_m_s']
+                   for case in cases.Builder(read).cases())
+    # Reynolds numbers change nothing: the trainer has one table a section.
+    assert thin / dense == pytest.approx(math.sqrt(2.0), rel=1e-6)
+    with pytest.raises(ConfigError, match='air: steady flight is in still air.*turbulence'):
+        cases.check(campaign(tmp_path, text.replace(
+            'density_kg_m3: 1.2}', 'turbulence: {level: light}}')))
+
+
+def test_an_aircraft_of_avl_flies_and_nothing_of_it_varies(tmp_path):
+    trainer = definition.aircraft(definition.find('aircraft', 'trainer'))
+    (tmp_path / 'plane.avl').write_text(avl_writer.text(trainer, 4))
+    (tmp_path / 'plane.mass').write_text(avl_mass.text(trainer.mass, trainer.name))
+    text = ('name: brief\nkind: polar\naircraft: plane.avl\ncondition: {airspeed_m_s: 12.0}\n'
+            'vary:\n  - {key: condition.alpha_deg, values: [2.0, 6.0]}\n')
+    read = campaign(tmp_path, text)
+    assert cases.check(read) == 2
+    low, high = (compute.compute(case).quantities['CL'] for case in cases.Builder(read).cases())
+    assert 0.2 < high - low < 0.5   # 4 deg at a slope between 3 and 7 per rad
+    with pytest.raises(ConfigError, match='nothing of plane.avl can vary, it is a file of AVL'):
+        campaign(tmp_path, text + '  - {key: aircraft.mass.mass_kg, values: [8.0, 9.0]}\n')
+
+
+def test_a_curve_that_a_later_case_names_is_part_of_what_the_campaign_is(tmp_path):
+    """Else rows of before and after its file changed would stand in one table."""
+    trainer = definition.find('aircraft', 'trainer')
+    curves = aircraft_writer.curves(definition.aircraft(trainer).airfoils[0])
+    for name in ('one.csv', 'two.csv'):
+        (tmp_path / name).write_text(curves)
+    tree = yaml.safe_load(trainer.read_text())
+    section = next(iter(tree['airfoils']))
+    tree['airfoils'][section] = 'one.csv'
+    (tmp_path / 'plane.yaml').write_text(yaml.safe_dump(tree))
+    text = varied(f'{{key: aircraft.airfoils.{section}, values: [one.csv, two.csv]}}').replace(
+        'aircraft: trainer', 'aircraft: plane.yaml')
+    before = cases.files_read(campaign(tmp_path, text))
+    rows = curves.splitlines()
+    rows[20] = ','.join([*rows[20].split(',')[:2], '0.5', rows[20].split(',')[3]])
+    (tmp_path / 'two.csv').write_text('\n'.join([*rows, '']))
+    after = cases.files_read(campaign(tmp_path, text))
+    assert [name for name in before if before[name] != after[name]] == [
+        f'aircraft.airfoils.{section} two.csv']
+
+
+def test_a_design_of_millions_is_not_laid_out_in_memory():
+    variables = (Variable('a', tuple(range(1000))), Variable('b', tuple(range(1000))),
+                 Variable('x', Distribution('uniform', {})))
+    design = sampling.Design(variables, Samples(Method.RANDOM, 10), seed=1)
+    assert len(design) == 10_000_000
+    assert design[0][:2] == (0, 0) and design[9_999_999][:2] == (999, 999)
+    assert design[10][:2] == (0, 1) and design[10][2] == design[0][2]
+    with pytest.raises(IndexError):
+        design[10_000_000]
 
 
 def test_a_row_has_no_number_that_is_none(tmp_path):

@@ -15,6 +15,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
+import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / 'poststall_sim'
@@ -39,6 +40,7 @@ LIBRARIES = {
     'pyarrow': (None, 'pyarrow'),
     'xarray': (None, 'xarray'),
     'zarr': (None, 'zarr'),
+    'gymnasium': (None, 'gymnasium'),
 }
 # Used where they are found: a full Jazzy has them, pip has not.
 OPTIONAL = {'tf2_msgs', 'simulation_interfaces', 'rosbag2_py'}
@@ -97,6 +99,19 @@ def test_versions_agree(manifest, metadata):
     module = re.search(r"^__version__ = '(.*)'$", (PACKAGE / '__init__.py').read_text(), re.M)
     assert {manifest.findtext('version'), metadata['version'],
             changelog.group(1), module.group(1)} == {metadata['version']}
+
+
+def test_the_citation_is_of_this_version_and_names_the_dissertation(metadata):
+    """Keys that the Citation File Format 1.2 asks for, and those of a thesis."""
+    citation = yaml.safe_load((ROOT / 'CITATION.cff').read_text(encoding='utf-8'))
+    assert {'cff-version', 'message', 'title', 'authors'} <= set(citation)
+    assert citation['cff-version'] == '1.2.0' and citation['type'] == 'software'
+    assert (citation['title'], citation['version']) == (metadata['name'], metadata['version'])
+    assert citation['license'] == metadata['license']
+    assert citation['authors'] == [{'name': metadata['maintainer']}]
+    thesis, = citation['references']
+    assert {'type', 'title', 'authors'} <= set(thesis) and thesis['type'] == 'thesis'
+    assert (thesis['authors'][0]['family-names'], thesis['year']) == ('Paul', 2015)
 
 
 def test_manifest_and_setup_tell_the_same(manifest, metadata):
@@ -159,7 +174,7 @@ def test_every_import_is_a_declared_dependency(manifest, metadata):
     rosdep_keys = {element.text for element in manifest.findall('exec_depend')}
     pip_names = {re.match(r'[\w-]+', need).group()
                  for need in metadata['install_requires'] + metadata['extras_require']['all']
-                 + metadata['extras_require']['campaign']}
+                 + metadata['extras_require']['campaign'] + metadata['extras_require']['learning']}
     for name, where in imported('poststall_sim', 'launch').items():
         if name in OPTIONAL:
             continue

@@ -5,6 +5,8 @@
 import json
 import math
 import re
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -261,17 +263,31 @@ def test_a_run_starts_from_an_earlier_one(tmp_path, capsys):
 
 
 def test_the_figures_of_the_docs_are_there_and_small():
-    """Of the dissertation 21 figures and a table, and five of ours; under 200 kB each."""
-    text = (DOCS / 'figures.md').read_text()
-    named = re.findall(r'\]\(figures/(\w+)\.png\)', text)
+    """Of the dissertation 38 figures, five of ours, eight of the validation."""
+    pages = {name: (DOCS / f'{name}.md').read_text() for name in ('figures', 'validation')}
+    named = {name: re.findall(r'\]\(figures/(\w+)\.png\)', text) for name, text in pages.items()}
     files = {path.stem: path.stat().st_size for path in (DOCS / 'figures').iterdir()}
-    numbers = ['2_1', '2_3', '2_4', *(f'3_{k}' for k in (*range(1, 10), 11, 12, 14)),
-               *(f'5_{k}' for k in (6, 7, 8, 12, 13, 14))]
-    assert named == [f'figure_{name}' for name in (
+    numbers = [*(f'2_{k}' for k in range(1, 5)), *(f'3_{k}' for k in (*range(1, 10), 11, 12, 14)),
+               *(f'4_{k}' for k in range(1, 10)), *(f'5_{k}' for k in (1, 2, 3, 4, *range(6, 15)))]
+    assert named['figures'] == [f'figure_{name}' for name in (
         *numbers, 'solutions', 'strips', 'wakes', 'let_go', 'response')]
-    assert set(files) == set(named)
-    assert max(files.values()) < 200_000 and sum(files.values()) < 3_000_000
-    assert len(re.findall(r'^\| [ABCD] \| ', text, re.MULTILINE)) == 8
+    assert named['validation'] == [f'figure_{name}' for name in (
+        'wings', 'avl', 'indicial', 'oscillating', 'sections', 'bodies', 'navion', 'turbulence')]
+    assert set(files) == {each for page in named.values() for each in page}
+    assert max(files.values()) < 150_000 and sum(files.values()) < 3_000_000
+    assert len(re.findall(r'^\| [ABCD] \| ', pages['figures'], re.MULTILINE)) == 8
+
+
+def test_the_tool_of_the_docs_draws(tmp_path):
+    """One figure, with the modules of all of them imported: a page must not outlive its tool."""
+    for name in ('matplotlib', 'rosbags', 'tqdm'):
+        pytest.importorskip(name, reason=f'figures need {name}')
+    tool = DOCS.parent / 'tools' / 'figures.py'
+    (tmp_path / 'docs').mkdir()
+    done = subprocess.run([sys.executable, str(tool), '2_2', '--docs', str(tmp_path / 'docs')],
+                          capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert 5_000 < (tmp_path / 'docs' / 'figures' / 'figure_2_2.png').stat().st_size < 150_000
 
 
 def test_panels_are_drawn_with_what_is_in_them(tmp_path):

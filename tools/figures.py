@@ -2,12 +2,13 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Draw the figures of docs/figures.md: the dissertation's chapters 2, 3 and 5, and our own.
+Draw the figures and tables of docs/figures.md, docs/validation.md and README.md.
 
 What is computed is the package's, and so is what draws (`poststall_sim.plots`); here stands which
 wing, which angles, which solver. In chapters 2 and 3 the configuration is the dissertation's
 Figure 2.2 (config/aircraft/wing_tail.yaml), the lattice its Weissinger arrangement with small
-angles, the closure the local one, unless a figure says other.
+angles, the closure the local one, unless a figure says other. Tables stand between marks in the
+pages and are written anew there.
 """
 
 import argparse
@@ -18,8 +19,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import demo_flight
+import diagrams
+import drawings
+import moving_picture
 import numpy as np
 import operating_points
+import reference_cases
+import reference_figures
 import rolling_wing
 import trainer_modes
 import wakes
@@ -258,11 +265,19 @@ def _number(name: str) -> tuple[float, ...]:
     return tuple(int(part) if part.isdigit() else math.inf for part in name.split('_'))
 
 
+DRAWN = (operating_points, drawings, diagrams, demo_flight, wakes, rolling_wing, trainer_modes,
+         reference_figures)
 FIGURES: dict[str, Callable[[Path], None]] = dict(sorted(
     ((name.removeprefix('figure_'), found)
-     for name, found in {**vars(operating_points), **vars(wakes), **vars(rolling_wing),
-                         **vars(trainer_modes), **globals()}.items()
-     if name.startswith('figure_')), key=lambda item: _number(item[0])))
+     for each in (*(vars(module) for module in DRAWN), globals())
+     for name, found in each.items() if name.startswith('figure_')),
+    key=lambda item: _number(item[0])))
+TABLES: dict[str, Callable[[], str]] = {
+    '3.1': table_3_1, '4.1': demo_flight.table_aircraft, '5.3': trainer_modes.table_5_3,
+    'wakes': wakes.table_wakes, 'summary': reference_cases.table_summary,
+    'cases': reference_cases.table_cases, 'tests': reference_cases.table_tests}
+MOVING = 'moving'
+"""The name of the README's moving picture among the figures to draw."""
 
 
 def _shrink(file: Path) -> None:
@@ -273,26 +288,35 @@ def _shrink(file: Path) -> None:
     small.save(file, optimize=True)
 
 
+def _write_tables(docs: Path) -> None:
+    """Write the tables anew where their marks stand, in the pages and in the README."""
+    for page in (*sorted(docs.glob('*.md')), docs.parent / 'README.md'):
+        if not page.exists():
+            continue
+        text = page.read_text(encoding='utf-8')
+        written = re.sub(r'(<!-- table ([\w.]+) -->\n)(?:(?!<!--).)*(<!-- end -->)',
+                         lambda found: f'{found[1]}{TABLES[found[2]]()}\n{found[3]}', text,
+                         flags=re.DOTALL)
+        if written != text:
+            page.write_text(written, encoding='utf-8')
+
+
 def main() -> int:
     """Draw all figures, or those named."""
     parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
     parser.add_argument('names', nargs='*', metavar='NAME',
-                        help=f'figures to draw: {", ".join(FIGURES)}, table (default all)')
+                        help=f'what to draw: {", ".join(FIGURES)}, {MOVING}, table (default all)')
     parser.add_argument('--docs', type=Path, metavar='DIR',
                         default=Path(__file__).resolve().parents[1] / 'docs')
     arguments = parser.parse_args()
-    unknown = set(arguments.names) - {*FIGURES, 'table'}
-    if unknown:
+    known = {*FIGURES, MOVING, 'table'}
+    if unknown := set(arguments.names) - known:
         parser.error(f'no figure {", ".join(sorted(unknown))}, there are {", ".join(FIGURES)}')
-    chosen = arguments.names or [*FIGURES, 'table']
-    for name in tqdm(chosen, desc='figures'):
+    for name in tqdm(arguments.names or [*FIGURES, MOVING, 'table'], desc='figures'):
         if name == 'table':
-            text = arguments.docs / 'figures.md'
-            for mark, table in (('3.1', table_3_1), ('wakes', wakes.table_wakes)):
-                text.write_text(re.sub(
-                    rf'(<!-- table {mark} -->\n).*?(\n<!-- end -->)',
-                    lambda found, table=table: found[1] + table() + found[2], text.read_text(),
-                    flags=re.DOTALL))
+            _write_tables(arguments.docs)
+        elif name == MOVING:
+            moving_picture.moving_picture(arguments.docs / 'images' / 'flight.gif')
         else:
             file = arguments.docs / 'figures' / f'figure_{name}.png'
             FIGURES[name](file)

@@ -85,6 +85,29 @@ def figure_5_14(file: Path) -> None:
     plots.draw_loci(file, points(), plots.LOOKS[1:])
 
 
+def _eigenvalue(mode: dict[str, Any] | None) -> str:
+    """Return an eigenvalue in words, in brackets where it is less than half the body's."""
+    if mode is None:
+        return '-'
+    pair = f' ± {mode["imag"]:.3f}i' if mode['imag'] > 0.0 else ''
+    said = f'{mode["real"]:.3f}{pair}'
+    return said if mode['share'] >= 0.5 else f'({said})'
+
+
+def table_5_3() -> str:
+    """Return longitudinal eigenvalues by the lattice and by the classical equations, a table."""
+    names = ('short period', 'phugoid')
+    rows = ['| alpha [deg] | ' + ' | '.join(
+        f'{name}, {model}' for name in names for model in MODELS) + ' |',
+        '|---|' + '---|' * (len(names) * len(MODELS))]
+    for alpha in (4, 8, 12, 20):
+        here = {point['decambering']: {mode['name']: mode for mode in point['modes']}
+                for point in points() if round(point['alpha_deg']) == alpha}
+        cells = [_eigenvalue(here[model].get(name)) for name in names for model in MODELS]
+        rows.append(f'| {alpha} | ' + ' | '.join(cells) + ' |')
+    return '\n'.join(rows)
+
+
 @dataclass(frozen=True, slots=True)
 class Kick:
     """A disturbance of a trim: the state it shows in, its size and how long it is followed."""
@@ -96,6 +119,7 @@ class Kick:
     seconds: float
 
 
+MODELS = ('fixed', 'variable', 'quasi-steady')
 SHARE = 1e-3
 KICKS = (Kick(Kind.PITCHING, PITCH_RATE, 2, SHARE, 4.0),
          Kick(Kind.ROLLING, ROLL_RATE, 1, SHARE, 4.0))

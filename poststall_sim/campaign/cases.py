@@ -10,8 +10,10 @@ too.
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any
+
+import numpy as np
 
 from poststall_sim import air_reader, definition, flight_file, jobs
 from poststall_sim.aero.model import DEFAULTS, Settings
@@ -24,7 +26,7 @@ from poststall_sim.campaign import paths, pilots, sampling
 from poststall_sim.campaign.case import Case, Flying, Initial, Recovered, Steady, Stop
 from poststall_sim.campaign.definition import EXAMPLE, FLIGHT, NOBODY, Campaign
 from poststall_sim.campaign.sampling import Distribution, Value
-from poststall_sim.reader import Place, Reader, shown
+from poststall_sim.reader import Place, Reader, listed, shown, suggestion
 from poststall_sim.scenario import Scenario
 from poststall_sim.weather import CALM
 
@@ -33,6 +35,7 @@ CPU_LIMIT = 600.0
 PROBED = 12
 """In so many cases, over all of the design, it is tried whether a key changes anything."""
 _SECONDS = {'duration_s': (1e-3, 86400.0), 'dt_s': (1e-5, 1.0), 'cpu_limit_s': (1e-3, 1e6)}
+_ATMOSPHERE = ('temperature_offset_K', 'sea_level_pressure_Pa', 'density_kg_m3')
 _ANGLE, _RATE = (-180.0, 180.0), (-3600.0, 3600.0)
 
 
@@ -41,28 +44,35 @@ class Builder:
 
     def __init__(self, campaign: Campaign) -> None:
         self.campaign = campaign
+        self.design = campaign.design
         self._aircraft: dict[Any, tuple[Aircraft, str]] = {}
 
-    def cases(self, without: frozenset[int] = frozenset()) -> Iterator[Case]:
+    def cases(self, without: Collection[int] = ()) -> Iterator[Case]:
         """Yield all cases but those of some numbers."""
-        for index, values in enumerate(self.campaign.design):
-            if index not in without:
-                yield self.case(index, values)
+        left = np.ones(len(self.design), dtype=bool)
+        left[list(without)] = False
+        for index in np.flatnonzero(left).tolist():
+            yield self.case(index)
 
-    def case(self, index: int, values: tuple[Value, ...]) -> Case:
-        """Return a case; whatever it cannot be is a `ConfigError` with the key."""
+    def case(self, index: int, values: tuple[Value, ...] | None = None) -> Case:
+        """
+        Return a case, of the design's values or of others in their place.
+
+        Whatever it cannot be is a `ConfigError` with the key.
+        """
         campaign = self.campaign
+        values = self.design[index] if values is None else values
         inputs = dict(zip((each.key for each in campaign.variables), values))
         tree = paths.changed(campaign.tree, inputs, campaign.where)
         aircraft, key = self._read_aircraft(tree, inputs)
         settings = _settings(Reader(tree['settings'], campaign.where.key('settings')))
         seed = sampling.case_seed(campaign.seed, index)
-        atmosphere = STANDARD
         if campaign.kind == FLIGHT:
             task, atmosphere = self._flying(tree, aircraft, seed)
         else:
             task = _steady(campaign.kind,
                            Reader(tree['condition'], campaign.where.key('condition')))
+            atmosphere = _still_air(Reader(tree['air'], campaign.where.key('air')), task.altitude)
         return Case(
             index=index, seed=seed, inputs=inputs, atmosphere=atmosphere,
             aircraft=aircraft, settings=settings, task=task, quantities=campaign.quantities,
@@ -73,7 +83,8 @@ class Builder:
         own = tuple(sorted((k, v) for k, v in inputs.items() if k.startswith('aircraft.')))
         if own not in self._aircraft:
             path = self.campaign.aircraft_file
-            read = definition.aircraft_in(Reader(tree['aircraft'], Place(path.name)), path.parent)
+            read = definition.aircraft(path) if definition.is_avl(path) else \
+                definition.aircraft_in(Reader(tree['aircraft'], Place(path.name)), path.parent)
             # Its name makes no difference to how it flies.
             print_of = flight_file.fingerprint(dataclasses.replace(read, name='aircraft'))
             while len(self._aircraft) > 100:
@@ -140,8 +151,8 @@ def functions(campaign: Campaign) -> list[str]:
 
 def check(campaign: Campaign) -> int:
     """Refuse a campaign of which any case cannot be, or any key changes nothing; count cases."""
-    builder, design, law_flies = Builder(campaign), campaign.design, False
-    for index, values in enumerate(design):
+    builder, law_flies = Builder(campaign), False
+    for index, values in enumerate(builder.design):
         try:
             case = builder.case(index, values)
         except ConfigError as error:
@@ -156,13 +167,38 @@ def check(campaign: Campaign) -> int:
     if campaign.tree.get('law') and not law_flies:
         raise campaign.where.error(f'law: changes nothing, the autopilot is never {EXAMPLE}')
     for place, variable in enumerate(campaign.variables):
-        _require_effect(builder, design, place, variable)
-    return len(design)
+        _require_effect(builder, place, variable)
+    return len(builder.design)
 
 
-def _require_effect(builder: Builder, design: list[tuple[Value, ...]], place: int,
-                    variable: sampling.Variable) -> None:
+def files_read(campaign: Campaign) -> dict[str, str]:
+    """
+    Return fingerprints of the aircraft with the curves of its files, by what names the files.
+
+    Of the first case, and of it with each text that varies: files are named by texts.
+    """
+    builder = Builder(campaign)
+    first = builder.design[0]
+    prints = {'': builder.case(0).aircraft}
+    for place, each in enumerate(campaign.variables):
+        if each.key.startswith('aircraft.') and not isinstance(each.over, Distribution):
+            for value in each.over:
+                if isinstance(value, str):
+                    other = (*first[:place], value, *first[place + 1:])
+                    prints[f'{each.key} {value}'] = builder.case(0, other).aircraft
+    return {name: flight_file.fingerprint(aircraft) for name, aircraft in prints.items()}
+
+
+def longest(builder: Builder) -> float:
+    """Return how long the longest flight of a campaign may be [s]."""
+    keys = {each.key for each in builder.campaign.variables}
+    numbers = range(len(builder.design)) if keys & {'duration_s', 'scenario.duration_s'} else [0]
+    return max(builder.case(index).task.duration for index in numbers)
+
+
+def _require_effect(builder: Builder, place: int, variable: sampling.Variable) -> None:
     """Refuse a key that none of a few cases changes with, whatever it is given."""
+    design = builder.design
     others = list(variable.over.quantile([0.25, 0.75])) \
         if isinstance(variable.over, Distribution) else [variable.over[0], variable.over[-1]]
     for index in range(0, len(design), max(1, len(design) // PROBED)):
@@ -253,6 +289,15 @@ def _settings(read: Reader) -> Settings:
             given[name] = read.choice(name, {each.value: each for each in kind})
     read.done()
     return read.where.build(lambda **fields: dataclasses.replace(DEFAULTS, **fields), **given)
+
+
+def _still_air(read: Reader, altitude: float) -> Atmosphere:
+    """Read the air of steady flight, which has a density and does not move."""
+    for key in read.tree:
+        if key not in _ATMOSPHERE:
+            raise read.where.error(f'steady flight is in still air: unknown key {key}, there are '
+                                   + listed(_ATMOSPHERE) + suggestion(key, _ATMOSPHERE))
+    return air_reader.air(read, altitude)[0]
 
 
 def _steady(kind: str, read: Reader) -> Steady:

@@ -8,6 +8,7 @@ short flight.
 """
 
 import math
+import threading
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
@@ -16,20 +17,19 @@ from typing import Any
 
 import numpy as np
 
-from poststall_sim import jobs, modal_analysis, simulation, trim, trim_jobs
+from poststall_sim import jobs, modal_analysis, trim, trim_jobs
 from poststall_sim import polar as polars
 from poststall_sim.aero import model as models
 from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.campaign import pilots
+from poststall_sim.campaign import pilots, starting
 from poststall_sim.campaign.case import Case, Flying, Initial, Outcome, Result, Steady
 from poststall_sim.campaign.measures import Measures
 from poststall_sim.failures import Failure
-from poststall_sim.frames import quaternion_from_euler, rotation, velocity_from_flow_angles
 from poststall_sim.simulation import Flight
 from poststall_sim.stability.modes import CLASSICAL, plain
 from poststall_sim.stability.motion import Decambering
-from poststall_sim.state import BodyState, Status
+from poststall_sim.state import Status
 from poststall_sim.trim import Trim
 
 KEPT = 4
@@ -43,15 +43,18 @@ class Kept:
     """The last few of what is dear to make."""
 
     items: OrderedDict = field(default_factory=OrderedDict)
+    lock: Any = field(default_factory=threading.Lock)
 
     def get(self, key: Any, make: Callable[[], Any]) -> Any:
         """Return what is kept under a key, made where it is not."""
-        if key not in self.items:
-            self.items[key] = make()
+        with self.lock:   # a worker of a cluster may have several threads
+            found = self.items.pop(key, None)
+        found = make() if found is None else found
+        with self.lock:
+            self.items[key] = found
             while len(self.items) > KEPT:
                 self.items.popitem(last=False)
-        self.items.move_to_end(key)
-        return self.items[key]
+        return found
 
 
 _models, _trims = Kept(), Kept()
@@ -80,10 +83,12 @@ def _built(case: Case) -> Model:
 
 
 def warm(case: Case) -> None:
-    """Fly a few steps of a case, so that all of it is compiled and kept on disk."""
-    model = _built(case)
+    """Compute a case, of a flight a few steps, so that all of it is compiled, on disk."""
+    if not isinstance(case.task, Flying):
+        compute(case)
+        return
     try:
-        flight = _started(model, case.model_key, case.task)
+        flight = _started(_built(case), case.model_key, case.task)
     except ConfigError:
         return   # it becomes a row that says so
     for _ in range(3):
@@ -102,20 +107,7 @@ def _started(model: Model, key: str, task: Flying) -> Flight:
     if found.status is not Status.CONVERGED:
         raise ConfigError(f'no trim at {initial.trim_airspeed:g} m/s: '
                           + trim_jobs.explained(found.message))
-    wind = task.weather.mean_N(initial.altitude)
-    alpha = found.alpha if initial.alpha is None else initial.alpha
-    pitch = trim.pitch_angle(alpha, initial.beta, initial.roll, found.climb_angle) \
-        if initial.pitch is None else initial.pitch
-    q_NB = quaternion_from_euler(initial.roll, pitch, initial.heading)
-    body = BodyState(
-        np.array([0.0, 0.0, -initial.altitude]),
-        velocity_from_flow_angles(initial.airspeed, alpha, initial.beta) + rotation(q_NB).T @ wind,
-        np.array(initial.rates_B), q_NB)
-    fastest = max(initial.airspeed, initial.trim_airspeed)
-    dt_ns = simulation.automatic_dt_ns(model, fastest) if task.dt is None else \
-        round(task.dt * 1e9)
-    return Flight(model, body, found.controls, dt_ns=dt_ns, weather=task.weather,
-                  delta0=found.aero.strips.delta)
+    return starting.flight(model, found, task)
 
 
 def _flown(model: Model, case: Case, task: Flying) -> Result:

@@ -15,10 +15,16 @@ from pathlib import Path
 from typing import Any
 
 from poststall_sim import definition
-from poststall_sim.campaign import sampling
 from poststall_sim.campaign.compute import STEADY_QUANTITIES
 from poststall_sim.campaign.measures import QUANTITIES
-from poststall_sim.campaign.sampling import Distribution, Method, Samples, Value, Variable
+from poststall_sim.campaign.sampling import (
+    Design,
+    Distribution,
+    Method,
+    Samples,
+    Value,
+    Variable,
+)
 from poststall_sim.definition import Kind
 from poststall_sim.reader import Place, Reader, listed, open_yaml, shown, suggestion
 
@@ -31,6 +37,8 @@ _DISTRIBUTIONS = {
     'uniform': ('from', 'to'), 'normal': ('mean', 'deviation'),
     'triangular': ('from', 'mode', 'to'), 'lognormal': ('median', 'sigma')}
 _MOST = 10_000_000
+SHORTEST_SAMPLE = 1e-3
+"""Between two samples of a history [s]: no step of a flight is shorter, but room would be kept."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,9 +63,9 @@ class Campaign:
     history_every: float | None
 
     @property
-    def design(self) -> list[tuple[Value, ...]]:
+    def design(self) -> Design:
         """The values of all variables for each case."""
-        return sampling.design(self.variables, self.samples, self.seed)
+        return Design(self.variables, self.samples, self.seed)
 
 
 def campaign(path: str | os.PathLike[str]) -> Campaign:
@@ -66,9 +74,10 @@ def campaign(path: str | os.PathLike[str]) -> Campaign:
     read.text('description', default='', free=True)
     kind = read.choice('kind', {kind: kind for kind in KINDS}, default=FLIGHT)
     aircraft_file = definition.find(Kind.AIRCRAFT, read.text('aircraft'), beside=folder)
-    tree: dict[str, Any] = {'aircraft': open_yaml(aircraft_file).tree}
-    blocks = ('initial', 'air', 'settings') if kind == FLIGHT else ('condition', 'settings')
-    for block in blocks:
+    # In a file of AVL nothing has a key by which it could vary: it is read as it stands.
+    tree: dict[str, Any] = {'aircraft': {} if definition.is_avl(aircraft_file)
+                            else open_yaml(aircraft_file).tree}
+    for block in ('initial' if kind == FLIGHT else 'condition', 'air', 'settings'):
         tree[block] = read.mapping(block, default={}).tree
     scenario_file = None
     if kind == FLIGHT:
@@ -81,12 +90,13 @@ def campaign(path: str | os.PathLike[str]) -> Campaign:
                 tree[key] = number
     keep = read.mapping('keep', default={})
     where = read.where
-    variables = tuple(_variable(item, tree) for item in read.mappings('vary'))
+    variables = tuple(_variable(item, tree, aircraft_file) for item in read.mappings('vary'))
     for i, each in enumerate(variables):
         if each.key in [other.key for other in variables[:i]]:
             raise where.error(f'vary[{i}]: {each.key} varies already')
     quantities = _quantities(keep, kind)
-    every = keep.number_if_any('history_every_s', above=0) if kind == FLIGHT else None
+    every = keep.number_if_any('history_every_s', at_least=SHORTEST_SAMPLE) \
+        if kind == FLIGHT else None
     keep.done()
     samples = _samples(read, variables)
     seed = int(read.number('seed', default=0, at_least=0, at_most=2 ** 53))
@@ -120,9 +130,13 @@ def _pilot(read: Reader, tree: dict[str, Any], folder: Path) -> Path | None:
     return None
 
 
-def _variable(read: Reader, tree: dict[str, Any]) -> Variable:
+def _variable(read: Reader, tree: dict[str, Any], aircraft_file: Path) -> Variable:
     key = read.text('key')
     root = key.partition('.')[0]
+    if root == 'aircraft' and definition.is_avl(aircraft_file):
+        raise read.where.key('key').error(
+            f'{key}: nothing of {aircraft_file.name} can vary, it is a file of AVL; poststall new '
+            f'NAME --from {aircraft_file.name} makes one of ours of it')
     if root not in tree:
         free = {'duration_s', 'dt_s', 'cpu_limit_s', 'spin_alpha_deg'} if 'autopilot' in tree \
             or 'scenario' in tree else set()

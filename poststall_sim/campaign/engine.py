@@ -14,7 +14,7 @@ import os
 import sys
 import time
 import uuid
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -30,6 +30,8 @@ TRIES = 2
 """So often a case is begun, if the worker that computes it dies."""
 GRACE = 120.0
 """Wall time [s] beyond five times its processor time in which a case must come back."""
+WAIT = 30.0
+"""How long a cluster may be without a worker when a campaign begins [s]."""
 LOOK = 2.0
 """How often the size of the cluster is looked at [s]."""
 QUIET = {'distributed.worker.profile.enabled': False,
@@ -40,6 +42,8 @@ Of Dask, for our own workers: by default each looks a hundred times a second at 
 does, and takes a tenth of its time for that.
 """
 _TALLY = 'poststall_sim'
+TOGETHER = 1000
+"""The tallies of so many cases are forgotten at once."""
 
 
 class EngineError(RuntimeError):
@@ -88,6 +92,11 @@ def cluster(scheduler: str | None, workers: int | None,
         except (OSError, ValueError, TimeoutError) as error:
             raise EngineError(f'no scheduler answers at {scheduler}: {error}') from None
         with client:
+            try:
+                client.wait_for_workers(1, timeout=WAIT)
+            except TimeoutError:
+                raise EngineError(f'the cluster at {scheduler} has had no worker for {WAIT:g} s') \
+                    from None
             _require_alike(client)
             yield client
         return
@@ -110,11 +119,18 @@ def _cores() -> int:
 
 def _require_alike(client: Any) -> None:
     """Refuse a cluster whose workers would compute other numbers than this program."""
-    for address, found in client.run(versions).items():
-        other = {name: value for name, value in found.items() if value != versions()[name]}
-        if other:
-            name, value = next(iter(other.items()))
-            raise EngineError(f'worker {address} has {name} {value}, here is {versions()[name]}')
+    try:
+        everywhere = client.run(versions)
+    except ImportError as error:
+        raise EngineError(f'a worker lacks something: {error}') from None
+    for address, found in everywhere.items():
+        _require_versions(address, found)
+
+
+def _require_versions(address: str, found: Mapping[str, Any]) -> None:
+    for name, here in versions().items():
+        if found.get(name, here) != here:
+            raise EngineError(f'worker {address} has {name} {found[name]}, here is {here}')
 
 
 def computed(case: Case, session: str) -> Computed:
@@ -147,11 +163,15 @@ def computed(case: Case, session: str) -> Computed:
 def _tally(worker: Any, session: str, case: Case, value: int | None = None) -> int:
     """Return how often a case was begun without an end, as the scheduler knows; or set it."""
     from distributed.utils import sync
-    keys = [_TALLY, session, str(case.index)]
+    keys = _keys(session, case)
     if value is None:
         return sync(worker.loop, worker.scheduler.get_metadata, keys=keys, default=0)
     sync(worker.loop, worker.scheduler.set_metadata, keys=keys, value=value)
     return value
+
+
+def _keys(session: str, case: Case) -> list[str]:
+    return [_TALLY, session, str(case.index // TOGETHER), str(case.index)]
 
 
 @cache
@@ -184,7 +204,7 @@ def run(client: Any, cases: Iterable[Case],
     session, pending = uuid.uuid4().hex[:12], iter(cases)
     flying: dict[Any, Case] = {}
     coming = distributed.as_completed([], loop=client.loop, raise_errors=False)
-    width, looked, turn = _width(client), time.monotonic(), 0
+    width, looked, turn, forgotten = _width(client), time.monotonic(), 0, 0
 
     def submit(case: Case) -> None:
         nonlocal turn
@@ -202,9 +222,12 @@ def run(client: Any, cases: Iterable[Case],
     for future in coming:
         case = flying.pop(future)
         try:
-            yield future.result()
+            result = future.result()
+            # Of a worker that has joined since: its numbers are not of this table.
+            _require_versions(result.cost.get('worker', ''), result.row)
+            yield result
         except distributed.KilledWorker:
-            if client.get_metadata([_TALLY, session, str(case.index)], 0) < TRIES:
+            if client.get_metadata(_keys(session, case), 0) < TRIES:
                 submit(case)   # it only waited where another one died
             else:
                 yield lost(case)
@@ -213,10 +236,17 @@ def run(client: Any, cases: Iterable[Case],
         except Exception as error:
             if future.status != 'error':
                 raise   # not the case's own
+            if isinstance(error, ImportError) and (error.name or '').startswith('poststall_sim'):
+                raise EngineError(f'a worker lacks something: {error}') from None
             yield _failed(case, error)
         if time.monotonic() - looked > LOOK:
             width, looked = _width(client), time.monotonic()
         fill()
+        # The scheduler forgets what all are through with: it has other campaigns to come.
+        reached = min((each.index for each in flying.values()), default=0) // TOGETHER
+        for through in range(forgotten, reached):
+            client.set_metadata([_TALLY, session, str(through)], {})
+        forgotten = max(forgotten, reached)
     client.set_metadata([_TALLY, session], {})
 
 

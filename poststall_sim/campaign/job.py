@@ -8,9 +8,8 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from poststall_sim import flight_file
 from poststall_sim.campaign import cases, compute, definition, engine, measures, pilots, table
-from poststall_sim.campaign.definition import FLIGHT, Campaign
+from poststall_sim.campaign.definition import Campaign
 from poststall_sim.campaign.sampling import Distribution
 
 Watch = Callable[[Iterable, int], Iterator]
@@ -29,9 +28,8 @@ def columns(campaign: Campaign) -> dict[str, type]:
 
 def identity(campaign: Campaign) -> dict[str, Any]:
     """Return all that rows depend on: with another of it they are not of one table."""
-    first = cases.Builder(campaign).case(0, campaign.design[0])
     plain = {**definition.as_plain(campaign), 'versions': engine.versions(),
-             'aircraft': flight_file.fingerprint(first.aircraft),   # with its section curves
+             'aircraft': cases.files_read(campaign),
              'functions': {name: hashlib.sha256(pilots.source(name).read_bytes()).hexdigest()
                            for name in cases.functions(campaign)},
              'columns': [*columns(campaign)]}
@@ -44,16 +42,14 @@ def run(campaign: Campaign, folder: Path, *, watch: Watch, scheduler: str | None
     """Compute what a campaign has left, write its table, and return what came out."""
     builder = cases.Builder(campaign)
     with table.opened(folder, identity(campaign), columns(campaign), resume=resume) as store:
-        total = len(campaign.design)
+        total = len(builder.design)
         if campaign.history_every is not None:
-            first = builder.case(0, campaign.design[0])
-            longest = max((builder.case(i, values).task.duration for i, values in
-                           enumerate(campaign.design)), default=0.0)
-            store.make_histories(total, 2 + int(longest / campaign.history_every),
-                                 measures.columns(first.aircraft.control_names))
+            store.make_histories(total, 2 + int(cases.longest(builder) / campaign.history_every),
+                                 measures.columns(builder.case(0).aircraft.control_names))
         left = total - len(store.done)
         if left:
-            _warm(builder)
+            # Compiled here once, and loaded by the workers, not compiled in each of them.
+            compute.warm(builder.case(0))
             with engine.cluster(scheduler, workers,
                                 Path(campaign.where.file).absolute().parent) as client:
                 if scheduler is not None:   # to machines that have not the user's files
@@ -64,21 +60,6 @@ def run(campaign: Campaign, folder: Path, *, watch: Watch, scheduler: str | None
                 rows = engine.run(client, builder.cases(store.done))
                 for each in watch(rows, left):
                     store.add(each.row, each.history, each.cost)
-        found = store.finish()
-    return summary(campaign, found.to_pydict(), table.costs(folder))
-
-
-def _warm(builder: cases.Builder) -> None:
-    """Compile what workers will load: once here, not in each of them."""
-    if builder.campaign.kind == FLIGHT:
-        compute.warm(builder.case(0, builder.campaign.design[0]))
-
-
-def summary(campaign: Campaign, rows: dict[str, list[Any]],
-            costs: dict[str, list[Any]]) -> dict[str, Any]:
-    """Return how many cases ended how, and what they cost."""
-    ends = {status: rows['status'].count(status) for status in sorted(set(rows['status']))}
-    cpu = [each for each in costs['cpu_s'] if each > 0.0]
-    mean = sum(cpu) / max(len(cpu), 1)
-    return {'campaign': campaign.name, 'kind': campaign.kind, 'cases': len(rows['case']),
+        ends, mean = store.finish()
+    return {'campaign': campaign.name, 'kind': campaign.kind, 'cases': sum(ends.values()),
             'ends': ends, 'cpu_s_per_case': mean, 'cpu_hours_per_thousand': mean / 3.6}

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is measured of a flight as it goes: named quantities, and a history."""
 
+import copy
 import math
 from collections.abc import Callable
 from typing import Any
@@ -55,6 +56,12 @@ class Measures:
         self._residual = max(self._residual, float(snapshot.max_residual))
         self._look(snapshot)
 
+    def copy(self) -> 'Measures':
+        """Return measures that go on from here by themselves."""
+        other = copy.copy(self)
+        other._peaks, other._samples = dict(self._peaks), list(self._samples)
+        return other
+
     def _look(self, snapshot: Snapshot) -> None:
         self._last = snapshot
         rates = snapshot.body.rates_B
@@ -95,6 +102,11 @@ class Measures:
         return self._recovered_at is not None
 
     @property
+    def height_lost(self) -> float:
+        """The greatest height below the highest place before it [m]."""
+        return self._lost
+
+    @property
     def stopped(self) -> str | None:
         """What ends the flight, by the conditions of its task."""
         stop = self._task.stop
@@ -122,7 +134,7 @@ QUANTITIES: dict[str, Callable[[Measures], Any]] = {
     'peak_load_factor': lambda m: m._peaks['load'],
     'peak_stalled_share': lambda m: m._peaks['stalled'],
     'least_airspeed_m_s': lambda m: float(m._least_airspeed),
-    'height_lost_m': lambda m: m._lost,
+    'height_lost_m': lambda m: m.height_lost,
     'recovered': lambda m: m.recovered,
     'time_to_recover_s': lambda m: m._recovered_at,
     'spun': lambda m: m._turned >= 2.0 * math.pi,

@@ -9,7 +9,7 @@ compares (a law and no law, say) is compared under the same conditions.
 """
 
 import enum
-import itertools
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -87,20 +87,32 @@ class Samples:
         return np.clip(points, tiny, 1.0 - tiny)
 
 
-def design(variables: Sequence[Variable], samples: Samples, seed: int) -> list[tuple[Value, ...]]:
-    """Return the values of all variables, in their order, for each case."""
-    drawn = [each for each in variables if isinstance(each.over, Distribution)]
-    points = samples.points(len(drawn), seed) if drawn else np.empty((1, 0))
-    columns = {each.key: each.over.quantile(points[:, k]).tolist()
-               for k, each in enumerate(drawn)}
-    grids = [each.over for each in variables if not isinstance(each.over, Distribution)]
-    rows = []
-    for crossed in itertools.product(*grids):
-        for i in range(len(points)):
-            given = iter(crossed)
-            rows.append(tuple(columns[each.key][i] if each.key in columns else next(given)
-                              for each in variables))
-    return rows
+class Design(Sequence):
+    """The values of all variables, in their order, for each case: made as they are asked for."""
+
+    def __init__(self, variables: Sequence[Variable], samples: Samples, seed: int) -> None:
+        drawn = [each for each in variables if isinstance(each.over, Distribution)]
+        points = samples.points(len(drawn), seed) if drawn else np.empty((1, 0))
+        columns = {each.key: each.over.quantile(points[:, k]) for k, each in enumerate(drawn)}
+        self._columns = [columns.get(each.key, each.over) for each in variables]
+        self._samples = len(points)
+
+    def __len__(self) -> int:
+        return self._samples * math.prod(
+            len(column) for column in self._columns if isinstance(column, tuple))
+
+    def __getitem__(self, index: int) -> tuple[Value, ...]:
+        if not 0 <= index < len(self):
+            raise IndexError(index)
+        grid, sample = divmod(index, self._samples)
+        values: list[Value] = []
+        for column in reversed(self._columns):   # what was named last varies fastest
+            if isinstance(column, tuple):
+                grid, place = divmod(grid, len(column))
+                values.append(column[place])
+            else:
+                values.append(float(column[sample]))
+        return tuple(reversed(values))
 
 
 def case_seed(seed: int, index: int) -> int:

@@ -23,7 +23,7 @@ import numpy as np
 from poststall_sim.aircraft import ConfigError
 
 PARTS, TABLE, COSTS, HISTORIES = 'parts', 'table.parquet', 'costs.parquet', 'histories.zarr'
-_HEAD, _LOCK = 'campaign.json', 'lock'
+_HEAD, _LOCK, _UNFINISHED = 'campaign.json', 'lock', '.tmp'
 EVERY_S, EVERY_ROWS = 5.0, 1000
 """A part is written after so long, or so many rows."""
 COST_COLUMNS = {'cpu_s': float, 'wall_s': float, 'worker': str, 'tries': int}
@@ -33,6 +33,7 @@ _PREFIX = 'cost_'
 def _arrow() -> Any:
     try:
         import pyarrow
+        import pyarrow.compute
         import pyarrow.parquet
     except ImportError:
         raise ImportError("campaigns need pyarrow: pip install 'poststall_sim[campaign]'") \
@@ -59,15 +60,15 @@ class Store:
         self._histories: Any = None
         self._number = 1 + max((int(path.stem.split('-')[1]) for path in self._parts()),
                                default=-1)
-        self.done = frozenset(self._read('case')) if self._number else frozenset()
+        self.done = np.unique(np.concatenate(
+            [np.empty(0, dtype=np.int64), *(self._cases(path) for path in self._parts())]))
 
     def _parts(self) -> list[Path]:
         return sorted((self.folder / PARTS).glob('part-*.parquet'))
 
-    def _read(self, column: str) -> list[Any]:
-        arrow = _arrow()
-        return [value for path in self._parts() for value in
-                arrow.parquet.read_table(path, columns=[column])[column].to_pylist()]
+    @staticmethod
+    def _cases(path: Path) -> np.ndarray:
+        return _arrow().parquet.read_table(path, columns=['case'])['case'].to_numpy()
 
     def make_histories(self, cases: int, samples: int, columns: Sequence[str]) -> None:
         """Make room for the histories of all cases, or open it."""
@@ -109,11 +110,16 @@ class Store:
             arrow = _arrow()
             part = arrow.Table.from_pylist(self._rows, schema=self._schema)
             _write(part, self.folder / PARTS / f'part-{self._number:06d}.parquet')
-            self._number += 1
+        # In this order: interrupted between the two, no row is written under a second number.
         self._rows, self._since = [], time.monotonic()
+        self._number += 1
 
-    def finish(self) -> Any:
-        """Write the table and the costs, sorted by case, and return the table."""
+    def finish(self) -> tuple[dict[str, int], float]:
+        """
+        Write the table and the costs, sorted by case.
+
+        Return how many cases ended how, and the mean processor time of those that took any [s].
+        """
         self.flush()
         arrow = _arrow()
         parts = [arrow.parquet.read_table(path, schema=self._schema) for path in self._parts()]
@@ -121,16 +127,26 @@ class Store:
         table = table.sort_by('case').combine_chunks()
         costs = table.select(['case', *(_PREFIX + name for name in COST_COLUMNS)])
         _write(costs.rename_columns(['case', *COST_COLUMNS]), self.folder / COSTS)
-        table = table.select(list(self._columns))
-        _write(table, self.folder / TABLE)
-        return table
+        _write(table.select(list(self._columns)), self.folder / TABLE)
+        # Counted as columns: as Python's lists the rows of a large campaign fill a memory.
+        ends = {each['values']: each['counts'] for each in
+                arrow.compute.value_counts(table['status']).to_pylist()}
+        spent = costs[_PREFIX + 'cpu_s'].to_numpy()
+        taken = spent[spent > 0.0]
+        return dict(sorted(ends.items())), float(taken.mean()) if taken.size else 0.0
 
 
 def _write(table: Any, path: Path) -> None:
-    """Write a table that is there whole, on the disk, or not at all."""
-    unfinished = path.with_suffix('.tmp')
-    with open(unfinished, 'wb') as file:
+    with _whole(path) as file:
         _arrow().parquet.write_table(table, file)
+
+
+@contextmanager
+def _whole(path: Path) -> Iterator[Any]:
+    """Give a file to write that is there whole, on the disk, or not at all."""
+    unfinished = path.with_suffix(_UNFINISHED)
+    with open(unfinished, 'wb') as file:
+        yield file
         file.flush()
         os.fsync(file.fileno())
     os.replace(unfinished, path)
@@ -153,23 +169,39 @@ def opened(folder: Path, definition: Mapping[str, Any], columns: Mapping[str, ty
                           'another --output')
     if resume and not head.exists():
         raise ConfigError(f'{folder} has no campaign to go on with')
-    if not head.exists() and folder.exists() and any(folder.iterdir()):
+    if not head.exists() and not _fresh(folder):
         raise ConfigError(f'{folder} is not empty')
     (folder / PARTS).mkdir(parents=True, exist_ok=True)
     with _held(folder / _LOCK):
         if head.exists():
-            if json.loads(head.read_text())['fingerprint'] != print_of:
+            if _head(folder)['fingerprint'] != print_of:
                 raise ConfigError(f'{folder} has the rows of another definition, or of another '
                                   'version: give another --output')
         else:
-            unfinished = head.with_suffix('.tmp')
-            unfinished.write_text(json.dumps({'fingerprint': print_of, **definition}, indent=1))
-            os.replace(unfinished, head)
+            with _whole(head) as file:
+                file.write(json.dumps({'fingerprint': print_of, **definition}, indent=1).encode())
         store = Store(folder, columns)
         try:
             yield store
         finally:
             store.flush()
+
+
+def _fresh(folder: Path) -> bool:
+    """Tell whether a folder has nothing but what a campaign leaves that was killed at once."""
+    ours = {folder / _LOCK, (folder / _HEAD).with_suffix(_UNFINISHED)}
+    return not folder.exists() or not any(
+        path not in ours and not (path.name == PARTS and path.is_dir() and not any(path.iterdir()))
+        for path in folder.iterdir())
+
+
+def _head(folder: Path) -> dict[str, Any]:
+    """Return what the campaign in a folder is."""
+    try:
+        head = json.loads((folder / _HEAD).read_text())
+        return {'fingerprint': head['fingerprint'], **head}
+    except (OSError, ValueError, TypeError, LookupError):
+        raise ConfigError(f'{folder} has no campaign') from None
 
 
 @contextmanager
@@ -191,10 +223,7 @@ def _held(path: Path) -> Iterator[None]:
 def read(folder: Path) -> tuple[dict[str, Any], dict[str, list[Any]]]:
     """Return what a campaign is, and its rows by column, whether it is through or not."""
     arrow = _arrow()
-    try:
-        definition = json.loads((folder / _HEAD).read_text())
-    except (OSError, ValueError):
-        raise ConfigError(f'{folder} has no campaign') from None
+    definition = _head(folder)
     if (folder / TABLE).exists():
         return definition, arrow.parquet.read_table(folder / TABLE).to_pydict()
     parts = [arrow.parquet.read_table(path)

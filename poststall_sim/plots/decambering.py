@@ -30,10 +30,14 @@ class Kind(enum.Enum):
     """What the axes of a panel are: their labels."""
 
     SECTION = (r'section $\alpha$ [deg]', 'section $C_l$ [-]')
+    INPUT = (r'section $\alpha$ [deg]', 'section coefficients [-]')
     LIFT = (r'wing $\alpha$ [deg]', 'wing $C_L$ [-]')
     SURFACE = (r'wing $\alpha$ [deg]', '$C_L$ by its own area [-]')
     LOADING = ('$2y/b$ [-], port tip on the left', 'strip $C_l$ [-]')
+    CHANGES = ('$2y/b$ [-], port tip on the left', 'change [deg]')
     SPAN = ('$y$ [wing chords], port on the left', 'strip $C_l$ [-]')
+    SECTION_DRAG = (r'section $\alpha$ [deg]', 'section $C_d$ [-]')
+    SECTION_MOMENT = (r'section $\alpha$ [deg]', 'section $C_m$ about c/4 [-]')
     COUNT = (r'wing $\alpha$ [deg]', 'distinct solutions found')
     POLE = (r'wing $\alpha$ [deg]', 'real part of the pole [1/s]')
     DAMPING = (r'wing $\alpha$ [deg]', r'$C_{lp}$ [-]')
@@ -41,6 +45,14 @@ class Kind(enum.Enum):
     CLIMB = (r'$\alpha$ [deg]', 'climb angle [deg]')
     ELEVATOR = (r'$\alpha$ [deg]', 'elevator [deg], down positive')
     ROLLING = ('time [s]', 'roll rate [deg/s]')
+    SLOPE = ('aspect ratio [-]', r'$C_{L\alpha}$ [1/rad]')
+    ROLL_DAMPING = ('aspect ratio [-]', r'$C_{lp}$ [-]')
+    INDICIAL = ('$s = 2 V t / c$ [-]', 'share of the final lift [-]')
+    AMPLITUDE = (r'$k = \omega c / 2 V$ [-]', r'lift over $2 \pi \alpha$ [-]')
+    PHASE = (r'$k = \omega c / 2 V$ [-]', 'phase [deg]')
+    RATES = ('time [s]', 'rate [deg/s]')
+    ENERGY = ('time [s]', 'energy [J]')
+    SPECTRUM = ('wave number [1/m]', 'spectrum [m$^3$/s$^2$]')
     PITCHING = ('time [s]', 'pitch rate [deg/s]')
 
 

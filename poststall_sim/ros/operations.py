@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -37,14 +38,12 @@ class Operations:
 
     def __init__(self, node: SimulatorNode) -> None:
         self._node = node
-        for name, operation in (
-                ('reset', self.reset), ('step', self.step), ('trim', self.trim),
-                ('save_state', self.save), ('load_state', self.load), ('gust', self.gust)):
-            node.create_service(
-                Trigger, name, _triggered(operation), qos_profile=messages.SERVICES)
-        for name, switch in (('pause', self.pause), ('engage', self.engage)):
-            node.create_service(
-                SetBool, name, _switched(switch), qos_profile=messages.SERVICES)
+        for name, operation in TRIGGERED.items():
+            node.create_service(Trigger, name, _triggered(partial(operation, self)),
+                                qos_profile=messages.SERVICES)
+        for name, switch in SWITCHED.items():
+            node.create_service(SetBool, name, _switched(partial(switch, self)),
+                                qos_profile=messages.SERVICES)
 
     def pause(self, paused: bool) -> Answer:
         """Pause, or fly on, as a user asks."""
@@ -217,6 +216,14 @@ class Operations:
         self._node.begun()
         return (f'{"paused" if self._node.paused else "flying"} at simulated time '
                 f'{self._node.flight.snapshot.time:.9g} s')
+
+
+TRIGGERED = {
+    'reset': Operations.reset, 'step': Operations.step, 'trim': Operations.trim,
+    'save_state': Operations.save, 'load_state': Operations.load, 'gust': Operations.gust}
+"""Services of type std_srvs/srv/Trigger."""
+SWITCHED = {'pause': Operations.pause, 'engage': Operations.engage}
+"""Services of type std_srvs/srv/SetBool."""
 
 
 def _triggered(operation: Callable[[], Answer]):
