@@ -8,7 +8,7 @@ along that (`steady_motion`). What they differ by from those with straight wakes
 with the flight: it is added to them, and the balance is looked for again, until the marched loads
 themselves balance. A flight begun `turning` has that wake, and stays on its trim if it is stable:
 the trainer at 15 m/s in turns of 10 to 40 deg/s, flown for a minute with its controls held, within
-1e-4 m/s and 1e-3 deg of alpha, sideslip and bank. A free wake is moved at every `free_every`-th
+2e-4 m/s and 1e-3 deg of alpha, sideslip and bank. A free wake is moved at every `free_every`-th
 step, and its loads go up and down with that: the bank goes by 0.2 deg in 20 s.
 """
 
