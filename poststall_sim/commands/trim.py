@@ -54,8 +54,9 @@ def add(command: Command) -> argparse.ArgumentParser:
                        'flight is found or, at a given --airspeed or --alpha, the climb angle')
     group.add_argument('--throttle', type=values.within((0.0, 1.0)), metavar='X',
                        help='at this throttle, and the climb angle is found')
-    trim.add_argument('--plot', type=values.figure, metavar='FILE',
-                        help='draw it: PNG, SVG or PDF')
+    trim.add_argument('--plot', type=values.figure, nargs='?', metavar='FILE',
+                        const='trim.png',
+                        help='draw it: PNG, SVG or PDF (default trim.png)')
     solver.add_options(trim)
     return trim
 
