@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A flight among faults: bad messages, killed and stopped processes, a full disk; over DDS."""
 
+import array
 import json
 import math
 import random
@@ -22,18 +23,24 @@ from geometry_msgs.msg import Vector3Stamped
 from instants import a_scenario
 from nav_msgs.msg import Odometry
 from processes import LIMIT, Reports, environment, nanoseconds, owed, send_sparingly
+from rcl_interfaces.msg import Parameter, ParameterValue
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from rclpy.serialization import serialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
 
-from poststall_sim import recording
+from poststall_sim import recording, topics
+from poststall_sim.ros import messages
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(300)]
 
 STATE_PERIOD_NS = 20_000_000
+RELIABLE = [topic for topic in topics.PUBLISHED
+            if topic.qos.reliable and topic.common and topic.by_default
+            and messages.available(topic.type)]
 
 
 class Flight:
@@ -48,6 +55,11 @@ class Flight:
         self.odoms, self.infos = probe.collect_with_infos(Odometry, 'odom', 1000)
         self.joints = probe.collect(JointState, 'joint_states', 1000)
         self.reports = Reports(probe)
+        self.shown = {topic: [] for topic in RELIABLE}
+        for topic, heard in self.shown.items():
+            probe.node.create_subscription(
+                messages.message_class(topic.type), topic.name, heard.append,
+                messages.qos_profile(topic.qos), raw=True)
         self.go_on()
 
     def go_on(self, count=10):
@@ -66,19 +78,19 @@ class Flight:
         """
         Assert that it flies on, that all it showed is finite and that time never went back.
 
+        Finite is every number of every reliable topic; of the best effort ones, /clock has none.
+
         It has shown a state in every period, and odom, which is reliable, has lost none that it
         owed. anew : it was put elsewhere on the way, and each time showed its state at once.
         """
         self.go_on()
         assert self.process.process.poll() is None, self.process.says()
         assert 'Traceback' not in self.process.says()
-        for message in self.odoms:
-            pose, twist = message.pose.pose, message.twist.twist
-            assert all(map(math.isfinite, (
-                pose.position.x, pose.position.y, pose.position.z, pose.orientation.x,
-                pose.orientation.y, pose.orientation.z, pose.orientation.w,
-                twist.linear.x, twist.linear.y, twist.linear.z,
-                twist.angular.x, twist.angular.y, twist.angular.z)))
+        for topic, heard in self.shown.items():
+            assert heard or topic.rate is topics.Rate.BATTERY, topic.name
+            for data in heard:
+                message = deserialize_message(data, messages.message_class(topic.type))
+                assert all(map(math.isfinite, reals(message))), (topic.name, message)
         for stamps in ([nanoseconds(clock.clock) for clock in self.clocks],
                        [nanoseconds(odom.header.stamp) for odom in self.odoms]):
             assert (np.diff(stamps) >= 0).all()
@@ -90,6 +102,20 @@ class Flight:
         assert (periods[numbers == 1] <= 1).all()
         if not anew:
             assert (periods >= 1).all()   # each period once
+
+
+def reals(value):
+    """Yield every real number in a message."""
+    if isinstance(value, float):
+        yield value
+    elif hasattr(value, 'get_fields_and_field_types'):
+        for name in value.get_fields_and_field_types():
+            yield from reals(getattr(value, name))
+    elif isinstance(value, np.ndarray | array.array):
+        yield from (each for each in value if isinstance(each, float))
+    elif isinstance(value, list | tuple):
+        for each in value:
+            yield from reals(each)
 
 
 @pytest.fixture
@@ -345,6 +371,44 @@ def test_100_changes_of_parameters_in_flight_are_taken_or_refused_with_a_reason(
             assert fits or result.reason
     for service in ('save_state', 'load_state'):
         assert not probe.call(Trigger, service).success
+    flight.require_order()
+
+
+def test_5_requests_for_parameters_of_types_there_are_not_leave_it_flying(flight, probe):
+    """Lists without elements, and a type that ROS does not have: that ends in rclpy itself."""
+    def asked(name, kind):
+        return [Parameter(name=name, value=ParameterValue(type=kind))]
+
+    for name, kind in (('joy.deadband', 7), ('real_time_factor', 8), ('step_count', 5)):
+        result, = probe.call(SetParameters, '/simulator/set_parameters',
+                             parameters=asked(name, kind)).results
+        assert not result.successful and result.reason
+    assert flight.reports.value('commands', 'dropped_by_rclpy') == '0'
+    for service, name in ((SetParameters, 'set_parameters'),
+                          (SetParametersAtomically, 'set_parameters_atomically')):
+        client = probe.node.create_client(service, f'/simulator/{name}')
+        probe.spin_until(client.service_is_ready, name)
+        client.call_async(service.Request(parameters=asked('joy.deadband', 77)))
+    flight.reports.wait_for('commands', 'dropped_by_rclpy', '2')
+    assert flight.process.says().count('rclpy cannot handle a message') == 1   # of a kind, one
+    assert probe.set_parameter('step_count', 2).successful
+    flight.require_order()
+
+
+def test_1_process_that_floods_it_with_huge_commands_stops_neither_time_nor_services(
+        flight, start, probe):
+    flooder = start(Path(__file__).with_name('flooder.py'))
+    flooder.wait_for('floods')
+    flight.probe.spin_until(
+        lambda: flight.reports.number('commands', 'unknown_names') > 50_000, 'the flood')
+    for _ in range(3):
+        clocks, begun = len(flight.clocks), flight.time_ns()
+        probe.spin_until(lambda begun=begun, clocks=clocks: len(flight.clocks) > clocks
+                         and flight.time_ns() > begun + 100_000_000, 'time', 10.0)
+        begun = time.monotonic()
+        assert probe.call(SetBool, 'pause', data=False).success
+        assert time.monotonic() - begun < 5.0
+    flooder.kill()
     flight.require_order()
 
 
