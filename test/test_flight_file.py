@@ -134,7 +134,7 @@ def test_wrong_files_are_refused_in_one_line(flown, tmp_path):
 
 @pytest.mark.parametrize(('name', 'place', 'value'), [
     ('state.body.position_N', 0, math.nan), ('state.flow.wake.drift_N', 1, math.inf),
-    ('state.flow.strength', 3, math.nan), ('snapshot.forces_B', 2, math.nan),
+    ('state.flow.circulation', 3, math.nan), ('snapshot.force_B', 2, math.nan),
     ('weather.wind_N', 0, -math.inf), ('state.flow.share', 0, math.inf)])
 def test_what_is_not_finite_is_refused_by_its_name(flown, tmp_path, name, place, value):
     """But NaN where that says that the static curve holds, as in every file of a test here."""

@@ -126,16 +126,15 @@ def test_a_clock_before_0_or_beyond_all_stamps_is_refused_and_ends_nobody(start,
     reports = Reports(probe)
     source = probe.publisher(Clock, '/clock')
     send_until(probe, source, clock(100.0), lambda: stamp(poses) == 100_000_000_000, '100 s')
-    probe.spin_until(lambda: probe.node.count_subscribers('/clock') >= 3, 'the autopilot')
     wild = clock(0.0)
     for wild.clock.sec, wild.clock.nanosec in ((-1, 0), (2**31 - 1, 2**32 - 1)):
         refused = f'/clock refused: {wild.clock.sec} s'
-        send_until(probe, source, wild, lambda refused=refused: refused in followers[0].says(),
-                   refused)
+        send_until(probe, source, wild, lambda refused=refused: (
+            refused in followers[0].says()
+            and 'rclpy cannot handle a message' in followers[1].says()), refused)
     assert reports.number('commands', 'dropped_by_rclpy') >= 1
     send_until(probe, source, clock(100.04), lambda: stamp(poses) == 100_040_000_000, 'the flight')
     assert reports.value('pace', 'clock_jumps_back') == '0'
-    followers[1].wait_for('rclpy cannot handle a message')
     assert all(each.process.poll() is None for each in followers)
     assert not any('Traceback' in each.says() for each in followers)
 

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING
 
 from geometry_msgs.msg import PoseWithCovarianceStamped, Vector3Stamped
@@ -56,10 +57,11 @@ class Inbox:
         Take the commands that have arrived, in order, of each topic a history at most.
 
         An executor brings one of each topic at a turn; where a turn flies many steps, what waits
-        behind it would grow old. Who sends faster than that is read must not keep the step from
-        being taken.
+        behind it would grow old. Who sends more than can be read must not keep the step from being
+        taken: half of what it lasts, and the message begun, goes to a topic, no more.
         """
         for topic, subscription in self._commands:
+            until_ns = time.monotonic_ns() + self._node.flight.dt_ns // 2
             with subscription.handle:
                 for _ in range(topic.qos.depth):
                     taken = subscription.handle.take_message(
@@ -67,6 +69,8 @@ class Inbox:
                     if taken is None:
                         break
                     subscription.callback(taken[0])
+                    if time.monotonic_ns() > until_ns:
+                        break
 
     def _on_joints(self, source: Source, message: JointState) -> None:
         try:
