@@ -56,7 +56,8 @@ class Trim:
     airspeed [m/s]; alpha, climb_angle [rad]; controls; residual : X, Z over weight and M over
     weight times chord, (3,), or of all three axes, (6,), where sideways balances were asked for;
     aero: the loads; push: what the engines do; status and message say whether it can be flown;
-    beta, bank [rad]; turn_rate of the heading, pull_rate of pitch beyond it [rad/s].
+    beta, bank [rad]; turn_rate of the heading, pull_rate of pitch beyond it [rad/s]; turning : the
+    loads are those with a wake that curves with the path, see `turning`.
     """
 
     airspeed: float
@@ -72,6 +73,7 @@ class Trim:
     turn_rate: float = 0.0
     pull_rate: float = 0.0
     push: Push | None = None
+    turning: bool = False
 
     @property
     def pitch(self) -> float:
