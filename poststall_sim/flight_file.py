@@ -33,6 +33,8 @@ FORMAT = 6
 GREATEST = 256 * 1024 * 1024
 """No flight is larger, packed or not [bytes]: what is, is not read."""
 _FORMAT, _AIRCRAFT, _SETTINGS = 'format', 'aircraft', 'settings'
+_NAN_HAS_A_MEANING = {'failed_parts', 'state.flow.share'}
+"""No angle of a failure, and no separation but by the static curve; all else is finite."""
 
 
 def save_state(flight: Flight, path: Path) -> None:
@@ -86,6 +88,10 @@ def load_state(model: Model, path: Path) -> Flight:
                           'now')
     if arrays[_SETTINGS] != repr(model.settings):
         raise ConfigError(f'{path}: written with {arrays[_SETTINGS]}, not {model.settings!r}')
+    for name, array in arrays.items():
+        if array.dtype.kind == 'f' and not (np.isfinite(array) | (
+                np.isnan(array) & (name in _NAN_HAS_A_MEANING))).all():
+            raise ConfigError(f'{path}: {name} is not finite')
     try:
         return Flight.resumed(model, _value(SavedFlight, '', arrays))
     except KeyError as error:

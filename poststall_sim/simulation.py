@@ -202,9 +202,12 @@ class Flight:
             return self.snapshot
         mean_N = self.weather.mean_N(self.state.body.altitude)
         carried_N = self.carried_N + 1e-9 * self.dt_ns * mean_N
-        state, snapshot = step(
-            self.model, self.state, controls, dt_ns=self.dt_ns, wind_N=mean_N,
-            gusts=self._beyond(mean_N, carried_N), **self._failed)
+        try:
+            state, snapshot = step(
+                self.model, self.state, controls, dt_ns=self.dt_ns, wind_N=mean_N,
+                gusts=self._beyond(mean_N, carried_N), **self._failed)
+        except np.linalg.LinAlgError:   # what was not finite has come as far as an inversion
+            snapshot = replace(self.snapshot, status=Status.DIVERGED)
         if snapshot.status is Status.DIVERGED:
             self.paused_reason = (f'diverged after {self.state.time_ns * 1e-9:.3f} s: a value '
                                   'is not finite; the last good state is kept')
