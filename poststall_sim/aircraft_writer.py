@@ -123,6 +123,8 @@ def _control(control: Control) -> list[str]:
     for each in control.effectors:
         part = {'surface': each.surface, 'side': _SIDES[each.side], 'span': _list(each.span),
                 'hinge': _n(each.hinge), 'gain': _n(each.gain)}
+        if each.hinge_axis is not None:
+            part['hinge_axis'] = _list(each.hinge_axis)
         if all(map(math.isfinite, each.stops)):
             part['limits_deg'] = _list(math.degrees(x) for x in each.stops)
         lines.append(f'      - {_flow(part)}')

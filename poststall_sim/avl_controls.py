@@ -16,7 +16,7 @@ import numpy as np
 
 from poststall_sim.aircraft import Section
 from poststall_sim.avl_file import Hinge, Sheet
-from poststall_sim.controls import Effector
+from poststall_sim.controls import ACROSS, Effector
 from poststall_sim.frames import FloatArray, control_sign
 from poststall_sim.reader import Place
 
@@ -29,7 +29,8 @@ class Flap:
     """
     A piece of a surface that a control moves, along the span in the file's order, 0 to 1.
 
-    gain : ours, of the surface as drawn; image_gain : of its image.
+    axis : of the hinge as drawn, None along the hinge line; gain : ours, of the surface as drawn;
+    image_gain : of its image.
     """
 
     where: Place
@@ -37,18 +38,20 @@ class Flap:
     low: float
     high: float
     hinge: float
+    axis: tuple[float, float, float] | None
     gain: float
     image_gain: float
 
     def image(self) -> 'Flap':
         """Return the flap on the surface's image."""
-        return replace(self, gain=self.image_gain)
+        return replace(self, gain=self.image_gain, axis=_mirrored(self.axis))
 
     def effector(self, surface: str, side: int, backwards: bool) -> Effector:
         """Return the effector; backwards: our surface goes against the file's order."""
         span = (1.0 - self.high, 1.0 - self.low) if backwards else (self.low, self.high)
         return self.where.build(Effector, surface=surface, span=span, side=side,
-                                hinge=self.hinge, gain=self.gain)
+                                hinge=self.hinge, gain=self.gain,
+                                hinge_axis=_mirrored(self.axis) if side < 0 else self.axis)
 
 
 def flaps(sheet: Sheet, sections: Sequence[Section], places: FloatArray,
@@ -56,9 +59,9 @@ def flaps(sheet: Sheet, sections: Sequence[Section], places: FloatArray,
     """
     Return the flaps of a surface.
 
-    places : of the sections along the span, edges : of the strips, both 0 to 1. A flap whose gain
-    or hinge changes along the span is cut into strips, each with the values at its middle, as AVL
-    has it.
+    places : of the sections along the span, edges : of the strips and between them their control
+    points, both 0 to 1. A flap whose gain or hinge changes along the span is cut into strips, each
+    with the values at its control point, as AVL has it.
     """
     found: list[Flap] = []
     for i, (inner, outer) in enumerate(zip(sheet.stations, sheet.stations[1:])):
@@ -68,18 +71,19 @@ def flaps(sheet: Sheet, sections: Sequence[Section], places: FloatArray,
             if other is None or min(hinge.place, other.place) < 0.0:
                 continue
             ends = np.array([[hinge.gain, hinge.place], [other.gain, other.place]])
-            cuts = np.array(places[i:i + 2])
+            cuts, points = places[i:i + 2], places[i:i + 1]
             if not np.allclose(*ends, rtol=1e-12, atol=0.0):
-                cuts = edges[(edges > cuts[0] - 1e-9) & (edges < cuts[1] + 1e-9)]
-            for low, high in zip(cuts, cuts[1:]):
-                share = (0.5 * (low + high) - places[i]) / (places[i + 1] - places[i])
+                inside = edges[(edges > cuts[0] - 1e-9) & (edges < cuts[1] + 1e-9)]
+                cuts, points = inside[::2], inside[1::2]
+            for low, at, high in zip(cuts, points, cuts[1:]):
+                share = (at - places[i]) / (places[i + 1] - places[i])
                 gain = (1.0 - share) * ends[0, 0] + share * ends[1, 0]
                 place = between(ends[:, 1], [s.chord for s in sections[i:i + 2]], share)
-                ours, mirror = _turn(hinge, ends[:, 1], place, sections[i:i + 2])
-                if gain != 0.0:
+                axis, ours, mirror = _axis(sheet, hinge, ends[:, 1], sections[i:i + 2])
+                if gain * ours != 0.0:
                     found.append(Flap(
                         inner.where, as_control(hinge.name), float(low), float(high),
-                        float(place), float(gain * ours),
+                        float(place), axis, float(gain * ours),
                         float(gain * ours * mirror * hinge.image)))
     return found
 
@@ -92,24 +96,31 @@ def between(places: Sequence[float], chords: Sequence[float], share: float) -> f
     return float((places[0] * inner + places[1] * outer) / (inner + outer))
 
 
-def _turn(hinge: Hinge, places: Sequence[float], place: float,
-          ends: Sequence[Section]) -> tuple[float, float]:
+def _axis(sheet: Sheet, hinge: Hinge, places: Sequence[float], ends: Sequence[Section],
+          ) -> tuple[tuple[float, float, float] | None, float, float]:
     """
-    Return our gain for a unit of AVL's, and what of it its mirror image has.
+    Return the axis of a hinge, our gain for a unit of AVL's, and what of it its image has.
 
-    places : of the hinge at both ends, place : here. Only what a turn does to
-    the wash along x counts: with e the span's direction across x, h the hinge vector and l the
-    line of our flap's hinge it is h . e over l . e.
+    places : of the hinge at both ends of it. No axis where it is the hinge line of our flap, no
+    gain where the axis crosses the span: it turns nothing.
     """
-    line, across = hinge_line(ends, [place, place])
-    vector = np.array(hinge.vector)
-    about = vector / np.linalg.norm(vector) if vector.any() else hinge_line(ends, places)[0]
-    ratio = float(about @ across / (line @ across))
+    line, across = hinge_line(ends, places)
+    axis = None
+    if any(hinge.vector):
+        axis = tuple(x * scale for x, scale in zip(hinge.vector, sheet.scale))
+    elif places[0] != places[1]:
+        axis = tuple(map(float, line))
+    about = line if axis is None else np.array(axis) / math.hypot(*axis)
     normal = np.cross([1.0, 0.0, 0.0], across)
     # Positive for us does not depend on the order of the sections, as AVL's hinge line does.
     same = control_sign(normal)
     mirror = same * control_sign(normal * [1.0, -1.0, 1.0])
-    return same * round(ratio, 14), mirror
+    along = float(about @ across)
+    return axis, same * math.copysign(1.0, along) if abs(along) > ACROSS else 0.0, mirror
+
+
+def _mirrored(axis: tuple[float, float, float] | None) -> tuple[float, float, float] | None:
+    return None if axis is None else (axis[0], -axis[1] + 0.0, axis[2])
 
 
 def hinge_line(ends: Sequence[Section], places: Sequence[float]) -> tuple[FloatArray, FloatArray]:

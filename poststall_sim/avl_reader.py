@@ -173,7 +173,7 @@ class _Reading:
         name = self._surface_name(sheet.name)
         sections, places = self._sections(sheet)
         edges = self._strips(sheet, places)
-        flaps = avl_controls.flaps(sheet, sections, places, edges[::2])
+        flaps = avl_controls.flaps(sheet, sections, places, edges)
         plane = 0.0 if sheet.image is None and self.file.symmetry[0] else sheet.image
         ends = [sections[i].leading_edge_G[1] for i in (0, -1)]
         if plane is not None:

@@ -19,6 +19,7 @@ from poststall_sim.aero.polars import SectionPolar
 from poststall_sim.aircraft import Aircraft, Airfoil, ConfigError, Section, Surface
 from poststall_sim.avl_reader import spaced, stretched
 from poststall_sim.avl_sections import ThinAirfoil
+from poststall_sim.controls import Control
 from poststall_sim.frames import FloatArray, control_sign
 from poststall_sim.reader import Place
 
@@ -97,8 +98,8 @@ def _surface(aircraft: Aircraft, surface: Surface, sections: dict[str, SectionPo
     places = np.array(surface.section_shares)
     moved = {control.name: _moved(control, surface, cuts) for control in aircraft.controls
              if any(each.surface == surface.name for each in control.effectors)}
-    for gain, _, _ in moved.values():
-        places = _with_ends(places, cuts, gain)
+    for gain, _, axis, _ in moved.values():
+        places = _with_ends(places, cuts, gain, axis)
     whole = [sp for sp in _SPACINGS if _fits(_attempt(len(cuts) // 2, sp, places), cuts)]
     lines = ['SURFACE', surface.name, f'{rows} 0.0' + (
         f' {len(cuts) // 2} {whole[0]:.17g}' if whole else '')]
@@ -110,13 +111,13 @@ def _surface(aircraft: Aircraft, surface: Surface, sections: dict[str, SectionPo
         if spacings is None:   # a section at every strip: any cut can be had so
             places = cuts[::2]
             spacings = _intervals(places, cuts)
-    hinges = {name: _hinges(name, surface, places, cuts, gain, hinge)
-              for name, (gain, hinge, _) in moved.items()}
+    hinges = {name: _hinges(name, surface, places, cuts, *turned)
+              for name, (*turned, _) in moved.items()}
     for i, share in enumerate(places):
         lines += _section(surface, float(share), sections, rows, spacings[i])
         for name, at in hinges.items():
             if i in at:
-                lines += ['CONTROL', f'{name} {at[i]} {_row(moved[name][2])}']
+                lines += ['CONTROL', f'{name} {at[i]} {_row(moved[name][-1])}']
     return lines
 
 
@@ -156,11 +157,12 @@ def _intervals(places: FloatArray, cuts: FloatArray) -> list[list] | None:
     return [*result, [0, 0.0]]
 
 
-def _moved(control, surface: Surface, cuts: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Return gain and hinge of each strip in AVL's terms, and SgnDup."""
-    middles = 0.5 * (cuts[2::2] + cuts[:-2:2])
-    gain = {side: np.zeros_like(middles) for side in (1, -1)}
-    hinge = np.zeros_like(middles)
+def _moved(control: Control, surface: Surface,
+           cuts: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+    """Return gain, hinge and axis (0 along the hinge) of strips in AVL's terms, and SgnDup."""
+    points = cuts[1::2]
+    gain = {side: np.zeros_like(points) for side in (1, -1)}
+    hinge, axis = np.zeros_like(points), np.zeros((len(points), 3))
     first, last = (np.array(s.leading_edge_G) for s in (surface.sections[0],
                                                          surface.sections[-1]))
     normal = np.cross([1.0, 0.0, 0.0], last - first)
@@ -170,72 +172,77 @@ def _moved(control, surface: Surface, cuts: FloatArray) -> tuple[FloatArray, Flo
         if each.surface != surface.name:
             continue
         ends = [cuts[2 * int(np.argmin(np.abs(cuts[::2] - x)))] for x in each.span]
-        under = (middles > ends[0]) & (middles < ends[1])
-        if np.any(under & (hinge != each.hinge) & ((gain[1] != 0.0) | (gain[-1] != 0.0))):
+        under = (points > ends[0]) & (points < ends[1])
+        about = np.array(each.hinge_axis or (0.0, 0.0, 0.0))
+        # By the right-hand rule, in the order of the sections.
+        about *= math.copysign(1.0, float(about[1:] @ (last - first)[1:]))
+        other = (hinge != each.hinge) | np.any(axis != about, axis=1)
+        if np.any(under & other & ((gain[1] != 0.0) | (gain[-1] != 0.0))):
             raise ConfigError(f'control {control.name}: AVL has one hinge at a place of surface '
                               f'{surface.name}')
-        hinge[under] = each.hinge
+        hinge[under], axis[under] = each.hinge, about
         for side in (1, -1):
             if each.side in (0, side):
                 gain[side][under] += each.gain * same
     if not surface.symmetric:
-        return gain[1], hinge, 1.0
+        return gain[1], hinge, axis, 1.0
     there = gain[1] != 0.0
     image = mirror * gain[-1][there][0] / gain[1][there][0] if there.any() else 0.0
     if np.abs(gain[-1] - mirror * image * gain[1]).max() > _SAME:
         raise ConfigError(f'control {control.name}: AVL moves the left side of surface '
                           f'{surface.name} as a multiple of the right one')
-    return gain[1], hinge, float(image)
+    return gain[1], hinge, axis, float(image)
 
 
-def _with_ends(places: FloatArray, cuts: FloatArray, gain: FloatArray) -> FloatArray:
-    """Return the sections' places with those where a control begins or ends."""
-    there = gain != 0.0
-    ends = cuts[2:-1:2][there[1:] != there[:-1]]
+def _with_ends(places: FloatArray, cuts: FloatArray, gain: FloatArray,
+               axis: FloatArray) -> FloatArray:
+    """Return the sections' places with those where a control or its axis begins or ends."""
+    there = np.column_stack([gain != 0.0, axis])
+    ends = cuts[2:-1:2][np.any(there[1:] != there[:-1], axis=1)]
     return np.sort(np.concatenate(
         [places, [x for x in ends if np.abs(places - x).min() > _SAME]]))
 
 
 def _hinges(name: str, surface: Surface, places: FloatArray, cuts: FloatArray, gain: FloatArray,
-            hinge: FloatArray) -> dict[int, str]:
+            hinge: FloatArray, axis: FloatArray) -> dict[int, str]:
     """Return gain, Xhinge and XYZhvec of a control by the number of the section."""
-    for across in (False, True):
-        found: dict[int, list[FloatArray]] = {}
-        for i, (low, high) in enumerate(zip(places, places[1:])):
-            middles = 0.5 * (cuts[2::2] + cuts[:-2:2])
-            under = (middles > low) & (middles < high)
-            if gain[under].any():
-                ends = [_between(surface, float(x)) for x in (low, high)]
-                for k, at in enumerate(_at_ends(ends, (middles[under] - low) / (high - low),
-                                                gain[under], hinge[under], across=across)):
-                    found.setdefault(i + k, []).append(at)
-        if all(np.abs(at[0] - at[-1]).max() < 1e-6 for at in found.values()):
-            return {i: f'{_row(*at[-1][:2])} {_row(*at[-1][2:])}' for i, at in found.items()}
-    raise ConfigError(f'control {name}: AVL has no step of gain or hinge along surface '
-                      f'{surface.name}')
+    found: dict[int, list[FloatArray]] = {}
+    points = cuts[1::2]
+    for i, (low, high) in enumerate(zip(places, places[1:])):
+        under = (points > low) & (points < high)
+        if gain[under].any():
+            ends = [_between(surface, float(x)) for x in (low, high)]
+            for k, at in enumerate(_at_ends(ends, (points[under] - low) / (high - low),
+                                            gain[under], hinge[under], axis[under][0])):
+                found.setdefault(i + k, []).append(at)
+    # Between two sections AVL takes the vector of the first one, which may differ from the last.
+    if any(not np.abs(at[0] - at[-1])[:2].max() < 1e-6 for at in found.values()):
+        raise ConfigError(f'control {name}: AVL has no step of gain or hinge along surface '
+                          f'{surface.name}')
+    return {i: f'{_row(*at[-1][:2])} {_row(*at[-1][2:])}' for i, at in found.items()}
 
 
-def _at_ends(ends: list[Section], middles: FloatArray, gain: FloatArray, hinge: FloatArray, *,
-             across: bool) -> list[FloatArray]:
+def _at_ends(ends: list[Section], points: FloatArray, gain: FloatArray, hinge: FloatArray,
+             axis: FloatArray) -> list[FloatArray]:
     """Return gain, Xhinge and XYZhvec (5,) at both ends of an interval, linear between them."""
     places = hinge[[0, 0]]
     if np.ptp(hinge) > 0.0:   # straight in space
         chords = np.array([end.chord for end in ends])
-        places = _line(middles, hinge * (chords[0] + middles * (chords[1] - chords[0]))) / chords
-    about, level = avl_controls.hinge_line(ends, places)
-    about = level if across else about
-    ours = np.array([avl_controls.hinge_line(ends, [x, x])[0] @ level for x in hinge])
-    gains = _line(middles, gain * ours / (about @ level))
-    return [np.array([g, x, *(level if across else np.zeros(3))]) for g, x in zip(gains, places)]
+        places = _line(points, hinge * (chords[0] + points * (chords[1] - chords[0]))) / chords
+    if not axis.any():   # of each strip its own hinge line, in AVL the one through all of them
+        line, across = avl_controls.hinge_line(ends, places)
+        gain = gain * [avl_controls.hinge_line(ends, [x, x])[0] @ across / (line @ across)
+                       for x in hinge]
+    return [np.array([g, x, *axis]) for g, x in zip(_line(points, gain), places)]
 
 
-def _line(middles: FloatArray, values: FloatArray) -> FloatArray:
+def _line(points: FloatArray, values: FloatArray) -> FloatArray:
     """Return a linear function's values at 0 and 1, NaN if it is another function."""
     if np.ptp(values) <= 1e-12 * np.abs(values).max():
         return values[[0, 0]]
-    rise = (values[-1] - values[0]) / (middles[-1] - middles[0])
-    straight = np.abs(values[0] + rise * (middles - middles[0]) - values).max() < _SAME
-    return values[0] + rise * (np.array([0.0, 1.0]) - middles[0]) if straight else \
+    rise = (values[-1] - values[0]) / (points[-1] - points[0])
+    straight = np.abs(values[0] + rise * (points - points[0]) - values).max() < _SAME
+    return values[0] + rise * (np.array([0.0, 1.0]) - points[0]) if straight else \
         np.full(2, math.nan)
 
 

@@ -48,7 +48,8 @@ def main(argv: list[str] | None = None) -> int:
     from poststall_sim.aircraft import ConfigError
     from poststall_sim.jobs import NoResultError
     try:
-        return arguments.run(arguments)
+        with terminal.leaving_output_to(arguments.json):
+            return arguments.run(arguments)
     except NoResultError as error:
         terminal.complain(error)
         return 1
@@ -125,8 +126,9 @@ def _parser() -> argparse.ArgumentParser:
                              'config/aircraft'
                              + (f' (default {aircraft})' if aircraft else
                                 ' (default: the one the bag names)'))
-        sub.add_argument('--json', type=values.output, metavar='FILE',
-                         help='write the result as JSON')
+        sub.add_argument('--json', type=values.output, nargs='?', const='-', metavar='FILE',
+                         help='write the result as JSON, without a file or with - to the '
+                         'standard output: all else is then said on the other one')
         return sub
 
     for module in COMMANDS:

@@ -51,4 +51,5 @@ def _effector(read: Reader, surfaces: Mapping[str, Surface]) -> Effector:
     return read.build(
         Effector, surface=surface.name, side=side, hinge=read.number('hinge'),
         span=read.vector('span', 2, default=[0.0, 1.0]), gain=read.number('gain', default=1.0),
-        stops=_stops(read))
+        stops=_stops(read),
+        hinge_axis=read.vector('hinge_axis', 3) if read.has('hinge_axis') else None)

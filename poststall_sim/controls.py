@@ -18,6 +18,9 @@ from poststall_sim.actuators import IDEAL, Actuator
 from poststall_sim.frames import FloatArray
 from poststall_sim.records import ConfigError
 
+ACROSS = 1e-3
+"""A hinge axis with less than this along the span turns nothing, and has no sense to go by."""
+
 
 @dataclass(frozen=True, slots=True)
 class Effector:
@@ -26,8 +29,10 @@ class Effector:
 
     span : from, to as shares of the (half) span, 0 at the root or left end, 1 at the tip.
     side : +1 starboard half, -1 port half, 0 both. hinge : share of the chord, 0 for an
-    all-moving surface. gain : deflection per control deflection (mixing), signed; stops : the
-    angles between which the part can turn [rad], infinite where the control's limits will do.
+    all-moving surface. hinge_axis : what the part turns about, in geometry axes, on the right side
+    of a symmetric surface, of any length and either sense; None for the hinge line itself.
+    gain : deflection per control deflection (mixing), signed; stops : the angles between which the
+    part can turn [rad], infinite where the control's limits will do.
     """
 
     surface: str
@@ -36,6 +41,7 @@ class Effector:
     hinge: float = 0.75
     gain: float = 1.0
     stops: tuple[float, float] = (-math.inf, math.inf)
+    hinge_axis: tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:
         """Refuse spans and hinges outside the surface."""
@@ -44,6 +50,9 @@ class Effector:
             raise ConfigError(f'span must satisfy 0 <= from < to <= 1, got {self.span}')
         if not 0.0 <= self.hinge < 1.0:
             raise ConfigError(f'hinge must lie in 0 <= hinge < 1 of the chord, got {self.hinge}')
+        if self.hinge_axis is not None and not 0.0 < math.hypot(*self.hinge_axis) < math.inf:
+            raise ConfigError('hinge_axis must be three finite numbers that are not all 0, got '
+                              f'{", ".join(f"{x:g}" for x in self.hinge_axis)}')
         if not math.isfinite(self.gain) or self.gain == 0.0:
             raise ConfigError(f'gain must be a finite number other than 0, got {self.gain}')
         low, high = self.stops
@@ -86,9 +95,9 @@ class Movable:
     """
     A part of a surface that turns as one: the right half of an elevator, an elevon.
 
-    names : by each control that moves it, the first is its own. surface, span, side, hinge : as
-    of `Effector`, but on a symmetric surface side is never 0. stops : see `Effector`; travel :
-    how far its controls take it within them [rad].
+    names : by each control that moves it, the first is its own. surface, span, side, hinge,
+    hinge_axis : as of `Effector`, but on a symmetric surface side is never 0. stops : see
+    `Effector`; travel : how far its controls take it within them [rad].
     """
 
     names: tuple[str, ...]
@@ -96,6 +105,7 @@ class Movable:
     span: tuple[float, float]
     side: int
     hinge: float
+    hinge_axis: tuple[float, float, float] | None
     stops: tuple[float, float]
     travel: tuple[float, float]
 
@@ -118,7 +128,8 @@ def movables(controls: tuple[Control, ...],
             sides = (0,) if effector.surface not in symmetric else \
                 (effector.side,) if effector.side else (1, -1)
             for side in sides:
-                key = effector.surface, effector.span, side, effector.hinge
+                key = effector.surface, effector.span, side, effector.hinge, \
+                    effector.hinge_axis
                 found.setdefault(key, {}).setdefault(c, []).append(effector)
     mixing = np.zeros((len(found), len(controls)))
     for row, movers in zip(mixing, found.values()):

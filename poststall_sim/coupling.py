@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from poststall_sim import control_system, propulsion, rigid_body, slipstream
-from poststall_sim.aero import solver
+from poststall_sim import trim as trims
+from poststall_sim.aero import solver, steady_motion
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aero.solver import AeroResult, FlowState
 from poststall_sim.aero.wake import Placement
@@ -92,8 +93,14 @@ def _onset(model: Model, body: BodyState, wind_N: FloatArray, push: Push, densit
 def begin(model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
           wind_N: FloatArray = NO_WIND, delta0: FloatArray | None = None,
           charge: FloatArray | None = None, failed_engines: frozenset[str] = ALL_WORK,
-          failed_parts: Failed = (), time_ns: int = 0) -> tuple[FlightState, Snapshot]:
-    """Return the first state of a flight: steady wake, settled shafts, batteries full or given."""
+          failed_parts: Failed = (), time_ns: int = 0,
+          turning: bool = False) -> tuple[FlightState, Snapshot]:
+    """
+    Return the first state of a flight: steady wake, settled shafts, batteries full or given.
+
+    The wake is straight, or turning : it lies along the path of a motion that has long been steady
+    with the body's velocity and rates, see `steady_motion`.
+    """
     told = limited(model.aircraft, controls)
     air = model.atmosphere.at(body.altitude)
     meeting = _meeting(model, air_velocity(body, wind_N), body.rates_B, told, air.density,
@@ -103,10 +110,12 @@ def begin(model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
     onset = _onset(model, body, wind_N, push, air.density)
     moved = control_system.at_rest(model, told.deflections, failed_parts, dt_ns * 1e-9)
     controls = Controls(control_system.shown(model, moved), told.throttle)
-    flow, aero = solver.start(
-        model.at(onset.airspeed, air.kinematic_viscosity, told.deflections, moved.angles), onset,
-        placement(model.aircraft, body), told.deflections,
-        density=air.density, dt=dt_ns * 1e-9, delta0=delta0, angles=moved.angles)
+    flown = model.at(onset.airspeed, air.kinematic_viscosity, told.deflections, moved.angles)
+    # As close as the trim: what a step's tolerance leaves would add up along the march.
+    flow, aero = (steady_motion.march if turning else solver.start)(
+        trims.tight(flown) if turning else flown, onset, placement(model.aircraft, body),
+        told.deflections, density=air.density, dt=dt_ns * 1e-9, delta0=delta0,
+        angles=moved.angles)
     moved = control_system.in_flow(model, moved, aero.strips.alpha)
     motion = np.concatenate([body.velocity_B, body.rates_B])
     load = _load(aero) + push.load

@@ -28,11 +28,13 @@ from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.simulation import Flight, SavedFlight
 
-FORMAT = 5
+FORMAT = 6
 """Goes up with every change of what a flight remembers: an old file is refused, not guessed."""
 GREATEST = 256 * 1024 * 1024
 """No flight is larger, packed or not [bytes]: what is, is not read."""
 _FORMAT, _AIRCRAFT, _SETTINGS = 'format', 'aircraft', 'settings'
+_NAN_HAS_A_MEANING = {'failed_parts', 'state.flow.share'}
+"""No angle of a failure, and no separation but by the static curve; all else is finite."""
 
 
 def save_state(flight: Flight, path: Path) -> None:
@@ -86,6 +88,10 @@ def load_state(model: Model, path: Path) -> Flight:
                           'now')
     if arrays[_SETTINGS] != repr(model.settings):
         raise ConfigError(f'{path}: written with {arrays[_SETTINGS]}, not {model.settings!r}')
+    for name, array in arrays.items():
+        if array.dtype.kind == 'f' and not (np.isfinite(array) | (
+                np.isnan(array) & (name in _NAN_HAS_A_MEANING))).all():
+            raise ConfigError(f'{path}: {name} is not finite')
     try:
         return Flight.resumed(model, _value(SavedFlight, '', arrays))
     except KeyError as error:

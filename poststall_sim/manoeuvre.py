@@ -9,9 +9,7 @@ straight and symmetric flights, which take three balances; `branches` finds all 
 airspeed has.
 
 Wakes are straight in all of them. In a flight with its wake in the air that of a turn curves with
-it: the trainer, begun in a coordinated turn of 20 deg/s at 15 m/s and flown for a minute with its
-controls held, ends 0.6 m/s slower, at 0.4 deg more of alpha and 2.2 deg less of bank; at 10 deg/s,
-where next to nothing holds its bank, that goes by 6 deg in 40 s and by 23 in a minute.
+it, and loads the wings otherwise; `turning` has the flights that are in balance with that.
 """
 
 import math
@@ -76,11 +74,13 @@ class Task:
     failures: Mapping[str, Failure] = field(default_factory=dict)
 
 
-def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = None) -> Trim:
+def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = None,
+           more: FloatArray | None = None) -> Trim:
     """
     Return the steady flight that a task asks for, or the nearest to it that the controls allow.
 
-    altitude [m]; start : a flight near it, where the search begins and on whose branch it stays.
+    altitude [m]; start : a flight near it, where the search begins and on whose branch it stays;
+    more (6,) : force [N] and moment [N m] in G that the air has beyond that of straight wakes.
     Raises `ConfigError` for a task with too many or too few unknowns.
     """
     aircraft = model.aircraft
@@ -106,9 +106,12 @@ def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = No
             bank=value['bank'], turn_rate=value['turn_rate'], pull_rate=task.pull_rate,
             angles=before and before.angles)
         found = replace(found, push=trims.pushed(model, found, density, task.failed))
-        last['flown'] = trims.in_air(
+        found = trims.in_air(
             tight, found, air, before.aero.strips.delta if before else delta, parts)
-        return last['flown']
+        last['flown'] = found
+        return found if more is None else replace(found, aero=replace(
+            found.aero, force_G=found.aero.force_G + more[:3],
+            moment_G=found.aero.moment_G + more[3:]))
 
     def imbalance(x: FloatArray) -> FloatArray:
         found = flown(x)

@@ -15,6 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
+STDOUT = Path('/dev/stdout')
+
 _MOST_POINTS = 10_000
 _FIGURES = ('.png', '.svg', '.pdf')
 _PAGES = ('.html', '.htm')
@@ -211,8 +213,8 @@ def start(text: str) -> tuple[str, Path | None]:
 
 
 def output(text: str) -> Path:
-    """Return a file that can be written; it is looked at before anything is computed."""
-    path = Path(text)
+    """Return a file that can be written, seen to before anything is computed; - is `STDOUT`."""
+    path = STDOUT if text == '-' else Path(text)
     if path.is_dir():
         raise argparse.ArgumentTypeError(f'expected a file, {text!r} is a folder')
     if not path.parent.is_dir():

@@ -21,6 +21,9 @@ EQUATOR_RADIUS = 6378137.0
 """Semi-major axis of the earth's ellipsoid [m], WGS 84."""
 ECCENTRICITY_SQUARED = 6.69437999014e-3
 """First eccentricity of the ellipsoid, squared [-], WGS 84."""
+LEAST_RATE = 1e-3
+"""Less often than this [Hz of simulated time] nothing is sampled or shown: longer periods [ns]
+leave the range of numbers."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,9 +44,10 @@ class Errors:
         """Refuse what no sensor does."""
         for key in ('noise', 'bias'):
             object.__setattr__(self, key, read_only(getattr(self, key)))
-        if not (self.rate > 0.0 and self.delay >= 0.0 and (self.noise >= 0.0).all()):
-            raise ConfigError('a sensor needs a rate above 0, and a delay and noise not below 0; '
-                              f'got {self.rate}, {self.delay} and {self.noise}')
+        if not (self.rate >= LEAST_RATE and self.delay >= 0.0 and (self.noise >= 0.0).all()):
+            raise ConfigError(
+                f'a sensor needs a rate of {LEAST_RATE:g} Hz at least, and a delay and noise not '
+                f'below 0; got {self.rate}, {self.delay} and {self.noise}')
 
 
 @dataclass(frozen=True, slots=True, eq=False)

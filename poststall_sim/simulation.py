@@ -36,9 +36,9 @@ class SavedFlight:
     """
     A flight at one instant, all that `Flight.resumed` needs to go on from it.
 
-    first : where and how fast through the air it began; delta0 : its decambering there; began_ns,
-    carried_N : see `Flight`; failed_engines (k,) : 1 for those that have failed, else 0;
-    failed_parts : see `failures.as_array`.
+    first : where and how fast through the air it began; delta0, turning : its decambering there,
+    and whether its wake was that of a turn; began_ns, carried_N : see `Flight`; failed_engines
+    (k,) : 1 for those that have failed, else 0; failed_parts : see `failures.as_array`.
     """
 
     dt_ns: int
@@ -49,6 +49,7 @@ class SavedFlight:
     trim: Controls
     first: BodyState
     delta0: FloatArray | None
+    turning: bool
     failed_engines: FloatArray
     failed_parts: FloatArray
     state: FlightState
@@ -71,8 +72,12 @@ class Flight:
 
     def __init__(self, model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
                  weather: Weather = CALM, delta0: FloatArray | None = None,
-                 failed: frozenset[str] = ALL_WORK):
-        """Start at a body state with controls, in the mean wind; see `begin`."""
+                 failed: frozenset[str] = ALL_WORK, turning: bool = False):
+        """
+        Start at a body state with controls, in the mean wind; see `begin`.
+
+        turning : with the wake of a motion steady in the body's rates, for trims that have it.
+        """
         self.model = model
         self.dt_ns = dt_ns
         self.trim = limited(model.aircraft, controls)
@@ -83,7 +88,7 @@ class Flight:
         # Through the air: a reset in another wind is as trimmed as the start was.
         self._first = replace(
             body, velocity_B=air_velocity(body, weather.mean_N(body.altitude)))
-        self._delta0 = delta0
+        self._delta0, self._turning = delta0, turning
         self.reset(time_ns=0)
 
     @property
@@ -130,7 +135,7 @@ class Flight:
         self.carried_N = NO_WIND
         self.state, self.snapshot = begin(
             self.model, body, self.trim, dt_ns=self.dt_ns, wind_N=wind_N, delta0=self._delta0,
-            time_ns=self.began_ns, **self._failed)
+            time_ns=self.began_ns, turning=self._turning, **self._failed)
         return self.snapshot
 
     def place(self, body: BodyState, controls: Controls, *,
@@ -162,7 +167,8 @@ class Flight:
         return SavedFlight(
             dt_ns=self.dt_ns, atmosphere=self.model.atmosphere, weather=self.weather,
             began_ns=self.began_ns, carried_N=self.carried_N, trim=self.trim, first=self._first,
-            delta0=self._delta0, state=replace(self.state, flow=flow), snapshot=self.snapshot,
+            delta0=self._delta0, turning=self._turning,
+            state=replace(self.state, flow=flow), snapshot=self.snapshot,
             paused_reason=self.paused_reason, failed_engines=np.array([
                 float(name in self.failed_engines) for name in self.model.aircraft.engine_names]),
             failed_parts=failures.as_array(self._failed_parts))
@@ -179,7 +185,7 @@ class Flight:
         engines = zip(model.aircraft.engine_names, saved.failed_engines)
         flight = cls(replace(model, atmosphere=saved.atmosphere),
                      replace(first, velocity_B=blown), saved.trim, dt_ns=saved.dt_ns,
-                     weather=weather, delta0=saved.delta0,
+                     weather=weather, delta0=saved.delta0, turning=saved.turning,
                      failed=frozenset(name for name, gone in engines if gone))
         # To the bit: what was added to the velocity and taken from it again is not.
         flight._first = saved.first
@@ -196,9 +202,12 @@ class Flight:
             return self.snapshot
         mean_N = self.weather.mean_N(self.state.body.altitude)
         carried_N = self.carried_N + 1e-9 * self.dt_ns * mean_N
-        state, snapshot = step(
-            self.model, self.state, controls, dt_ns=self.dt_ns, wind_N=mean_N,
-            gusts=self._beyond(mean_N, carried_N), **self._failed)
+        try:
+            state, snapshot = step(
+                self.model, self.state, controls, dt_ns=self.dt_ns, wind_N=mean_N,
+                gusts=self._beyond(mean_N, carried_N), **self._failed)
+        except np.linalg.LinAlgError:   # what was not finite has come as far as an inversion
+            snapshot = replace(self.snapshot, status=Status.DIVERGED)
         if snapshot.status is Status.DIVERGED:
             self.paused_reason = (f'diverged after {self.state.time_ns * 1e-9:.3f} s: a value '
                                   'is not finite; the last good state is kept')

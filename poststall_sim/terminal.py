@@ -6,9 +6,11 @@ import json
 import sys
 import threading
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext, redirect_stdout
 from pathlib import Path
 from typing import Any
+
+from poststall_sim.option_values import STDOUT
 
 
 def complain(what: object) -> None:
@@ -62,6 +64,11 @@ def say(text: str) -> None:
 def drawn(path: Path) -> None:
     """Say where a figure is."""
     print(f'figure {path}')
+
+
+def leaving_output_to(json_file: Path | None) -> AbstractContextManager:
+    """Return a context in which what is said goes to stderr, if the JSON goes to stdout."""
+    return redirect_stdout(sys.stderr) if json_file == STDOUT else nullcontext()
 
 
 def write_json(path: Path | None, result: dict[str, Any]) -> None:

@@ -58,7 +58,8 @@ class Trim:
     weight times chord, (3,), or of all three axes, (6,), where sideways balances were asked for;
     aero: the loads; push: what the engines do; status and message say whether it can be flown;
     beta, bank [rad]; turn_rate of the heading, pull_rate of pitch beyond it [rad/s]; angles (k,)
-    of the movable parts [rad], once it has loads.
+    of the movable parts [rad], once it has loads; turning : the loads are those with a wake that
+    curves with the path, see `turning`.
     """
 
     airspeed: float
@@ -75,6 +76,7 @@ class Trim:
     pull_rate: float = 0.0
     push: Push | None = None
     angles: FloatArray | None = None
+    turning: bool = False
 
     @property
     def pitch(self) -> float:

@@ -12,7 +12,7 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
-from poststall_sim import failure_reader, failures, jobs, manoeuvre
+from poststall_sim import failure_reader, failures, jobs, manoeuvre, turning
 from poststall_sim import polar as polars
 from poststall_sim import trim as trims
 from poststall_sim.aero.model import Model
@@ -88,9 +88,9 @@ def manoeuvres(model: Model, tasks: Iterable[Task], *, altitude: float) -> Itera
     """Yield the steady flight of each task, each searched from the one before."""
     before = None
     for task in tasks:
-        found = manoeuvre.steady(model, task, altitude=altitude, start=before)
+        found = turning.steady(model, task, altitude=altitude, start=before)
         if before is not None and found.status is not Status.CONVERGED:
-            found = manoeuvre.steady(model, task, altitude=altitude)
+            found = turning.steady(model, task, altitude=altitude)
         before = found if found.status is Status.CONVERGED else None
         row = trim_result(model, found, 'steady', altitude)
         parts = failures.of_parts(model.aircraft, task.failures)
@@ -138,6 +138,7 @@ def trim_result(model: Model, found: Trim, kind: str, altitude: float) -> Result
             'beta_deg': math.degrees(found.beta), 'bank_deg': math.degrees(found.bank),
             'turn_rate_deg_s': math.degrees(found.turn_rate),
             'pull_rate_deg_s': math.degrees(found.pull_rate),
+            'wake': 'of the turn' if found.turning else 'straight',
             'residual': float(np.abs(found.residual).max()),
             **asdict(polars.coefficients(
                 model, found.aero, found.alpha, 0.5 * density * found.airspeed ** 2)),

@@ -97,12 +97,18 @@ class Recheck:
         across = np.sum(air(lattice.collocation) * lattice.normal, axis=1)
         along = np.sum(air(lattice.collocation) * lattice.tangent, axis=1)
         angles = self.model.aircraft.mixing @ flow.deflections
-        turn, shift = angles @ lattice.turn, angles @ lattice.shift
-        theta = (delta - self.zero)[lattice.panel_strip] + turn
+        turn, slant, shift = (angles @ each for each in (lattice.turn, lattice.slant,
+                                                         lattice.shift))
+        sideways = np.cross(lattice.normal, lattice.tangent)
+        theta = (delta - self.zero)[lattice.panel_strip]
         if linear:
-            wash = speed * lattice.tangent[:, 0] * (np.arctan2(across, along) + theta)
+            wash = speed * (lattice.tangent[:, 0] * (np.arctan2(across, along) + theta + turn)
+                            - sideways[:, 0] * slant)
         else:
-            wash = across * np.cos(theta) + along * np.sin(theta)
+            # Flaps slant the normals and turn them; decambering turns what they have made.
+            aside = np.sum(air(lattice.collocation) * sideways, axis=1)
+            wash = np.cos(slant) * (across * np.cos(theta + turn) + along * np.sin(theta + turn)) \
+                - aside * np.sin(slant) * np.cos(theta)
         strength = np.linalg.solve(matrix, -wash)[lattice.te_panel]
 
         u = np.sum(air(lattice.quarter_chord) * lattice.chord_axis, axis=1)

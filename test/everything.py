@@ -61,7 +61,7 @@ controls:
     limits_deg: [-25.0, 25.0]
     actuator: {rate_limit_deg_s: 200.0}
     effectors:
-      - {surface: fin, hinge: 0.55}
+      - {surface: fin, hinge: 0.55, hinge_axis: [0.2, 0.1, 1.0]}
 mass:
   mass_kg: 9.0
   cg_m: [0.19, 0.0, -0.05]

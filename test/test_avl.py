@@ -113,6 +113,25 @@ elevator 1.0 0.7 0 0 0 1
 CONTROL
 rudder 1.0 0.7 0 0 0 -1
 """
+SURFACE = """SURFACE
+Wing
+2 0.0 4 0.0
+YDUPLICATE
+{half}
+SECTION
+0 {root} 0 1 0
+CONTROL
+flap 1.0 0.75 0.3 1 0 1
+SECTION
+0 {y} 0 1 0
+CONTROL
+flap 1.0 0.75 0.3 1 0 1
+"""
+# Hinges off their lines: along a taper's, about y, and about a vector that SCALE turns as well.
+OFF = SWEPT.replace('0.75 0 1 0 -1', '0.75 0 0 0 -1').replace('0.65 0 1 0 -1', '0.65 0 0 0 -1') \
+    .replace('elevator 1.0 0.7 0 0 0', 'elevator 1.0 0.7 0 1 0') \
+    .replace('rudder 1.0 0.7 0 0 0', 'rudder 1.0 0.7 0.2 1 1') \
+    .replace('TRANSLATE', 'SCALE\n1.0 1.2 0.9\nTRANSLATE')
 
 
 @pytest.fixture
@@ -193,7 +212,7 @@ def test_the_lattice_says_what_avl_says(read, name):
 # The same as it prints them of its own accord, without forces of the trailing legs, but with all
 # surfaces in one component, which is without cores.
 AS_AVL = {
-    'conventional': {
+    'conventional': (CONVENTIONAL, 6, 3.0, {
         'CL': 0.240896, 'Cm': -0.0290913, 'CD': 0.0022802, 'CDff': 0.00229424, 'CL_alpha': 5.411,
         'Cm_alpha': -1.38042, 'CX_q': 0.376715, 'CY_p': -0.0770581, 'CY_r': 0.258953,
         'CZ_q': -10.2323, 'Cl_p': -0.540999, 'Cl_r': 0.04706, 'Cm_q': -13.4041,
@@ -201,30 +220,34 @@ AS_AVL = {
         'CD_flap': 0.027782, 'CD_elevator': 0.0155019, 'CY_aileron': 0.0325963,
         'CY_rudder': -0.251297, 'Cl_aileron': 0.346439, 'Cl_rudder': -0.0208542,
         'Cm_flap': 0.253092, 'Cm_elevator': -1.63714, 'Cn_aileron': 0.0168948,
-        'Cn_rudder': 0.0907557},
-    'swept': {
+        'Cn_rudder': 0.0907557}),
+    'swept': (SWEPT, 5, 2.0, {
         'CL': 0.226226, 'Cm': -0.0138747, 'CD': 0.00248777, 'CDff': 0.00264804,
         'CL_alpha': 4.67338, 'Cm_alpha': -1.6443, 'CX_q': 0.174755, 'CY_p': -0.0538185,
         'CY_r': 0.16579, 'CZ_q': -9.04048, 'Cl_p': -0.429795, 'Cl_r': 0.0799924,
         'Cm_q': -11.9281, 'Cn_p': -0.0177625, 'Cn_r': -0.0780918, 'CL_elevator': 0.431172,
         'CD_elevator': 0.00610587, 'CY_aileron': -0.0288552, 'CY_rudder': -0.170811,
         'Cl_aileron': -0.237296, 'Cl_rudder': -0.0363053, 'Cm_elevator': -1.26839,
-        'Cn_aileron': -0.001277, 'Cn_rudder': 0.0897357},
+        'Cn_aileron': -0.001277, 'Cn_rudder': 0.0897357}),
+    'hinges off their lines': (OFF, 5, 6.0, {
+        'CL': 0.558951, 'CD': 0.0150039, 'CDff': 0.0158561, 'Cm': -0.152308,
+        'CL_elevator': 0.469406, 'CD_elevator': 0.029551, 'CX_elevator': 0.0196772,
+        'CY_aileron': -0.0204023, 'CY_rudder': -0.160076, 'CZ_elevator': -0.469924,
+        'Cl_aileron': -0.230306, 'Cl_rudder': -0.0433247, 'Cm_elevator': -1.38626,
+        'Cn_aileron': -0.00723489, 'Cn_rudder': 0.0834906}),
 }
 
 
 @pytest.mark.parametrize('name', AS_AVL)
 def test_by_avls_rules_of_forces_all_is_what_avl_says(read, name):
-    """To the digits given; flaps turn about their quarter chord's direction here."""
-    text, rows, alpha, _ = AVL[name]
-    aircraft = read(text)
-    ours = figures(aircraft, rows, alpha, as_avl=True)
-    for key, value in AS_AVL[name].items():
-        by_control = key.partition('_')[2] in aircraft.control_names
-        assert ours[key] == pytest.approx(value, rel=0.005 if by_control else 2e-5), key
+    """To the digits given, controls too: about their hinge lines or the vectors of the file."""
+    text, rows, alpha, expected = AS_AVL[name]
+    ours = figures(read(text), rows, alpha, as_avl=True)
+    for key, value in expected.items():
+        assert ours[key] == pytest.approx(value, rel=2e-5), key
 
 
-@pytest.mark.parametrize('text', [CONVENTIONAL, SWEPT])
+@pytest.mark.parametrize('text', [CONVENTIONAL, SWEPT, OFF])
 def test_what_is_written_is_read_as_the_same_lattice(read, tmp_path, text):
     """Strips, points, turned normals and what controls turn; masses too."""
     first = read(text)
@@ -235,6 +258,8 @@ def test_what_is_written_is_read_as_the_same_lattice(read, tmp_path, text):
     order = [second.control_names.index(control) for control in first.control_names]
     turned, again = (each.mixing.T @ each.turn for each in (one, other))
     assert again[order] == pytest.approx(turned, abs=1e-9)
+    turned, again = (each.mixing.T @ each.slant for each in (one, other))
+    assert again[order] == pytest.approx(turned, abs=1e-9) and np.any(turned)
     assert second.mass.inertia_B == pytest.approx(first.mass.inertia_B, rel=1e-12)
     assert second.mass.cg_G == pytest.approx(first.mass.cg_G, rel=1e-12)
     assert second.reference == first.reference
@@ -325,9 +350,29 @@ def test_signs_of_controls_follow_the_hinge_vector(read):
     # About the z axis a trailing edge goes to the right.
     assert [e.gain for e in controls['rudder'].effectors] == [-1.0]
     turned = read(CONVENTIONAL.replace('rudder 1.0 0.55 0 0 0', 'rudder 1.0 0.55 0 0 -1'))
-    # Not about the hinge line, which is swept by 6.8 deg: so much more of it is along the chord.
-    slope = (0.12 + 0.55 * (0.24 - 0.36)) / 0.45
-    assert turned.controls[-1].effectors[0].gain == pytest.approx(math.hypot(1.0, slope))
+    rudder, = turned.controls[-1].effectors
+    assert (rudder.gain, rudder.hinge_axis) == (1.0, (0.0, 0.0, -1.0))
+    # Along the hinge line there is nothing to say, but where that is no line of the chords is.
+    assert all(e.hinge_axis is None for e in controls['aileron'].effectors)
+    tapered = read(CONVENTIONAL.replace('rudder 1.0 0.55 0 0 0', 'rudder 1.0 0.45 0 0 0', 1))
+    line = np.array([0.12 + 0.55 * 0.24 - 0.45 * 0.36, 0.0, 0.45])
+    for rudder in tapered.controls[-1].effectors:
+        assert rudder.hinge_axis == pytest.approx(line / np.linalg.norm(line))
+
+
+def test_axis_of_an_image_is_that_of_the_right_side(read):
+    """Drawn on the left, or as two surfaces of their own."""
+    wing = SURFACE.format(half='0.0', y=-2.0, root=0.0)
+    flap, = read(HEAD + wing).controls[0].effectors
+    assert (flap.side, flap.gain, flap.hinge_axis) == (0, 1.0, (0.3, -1.0, 0.0))
+    apart = read(HEAD + SURFACE.format(half='0.0', y=2.0, root=0.5)).controls[0].effectors
+    assert {(e.surface, e.gain, e.hinge_axis) for e in apart} == {
+        ('Wing', 1.0, (0.3, 1.0, 0.0)), ('Wing_image', 1.0, (0.3, -1.0, 0.0))}
+
+
+def test_a_hinge_across_the_span_moves_nothing(read):
+    assert read(CONVENTIONAL.replace('elevator 1.0 0.6 0 0 0', 'elevator 1.0 0.6 1 0 0')) \
+        .control_names == ('flap', 'aileron', 'rudder')
 
 
 def test_camber_lines_have_the_angles_of_thin_airfoil_theory():

@@ -50,6 +50,17 @@ def test_controls_that_name_the_same_part_turn_it_together():
     assert parts[0].travel == pytest.approx((-40.0 * DEG, 40.0 * DEG))
 
 
+def test_a_hinge_of_its_own_makes_a_part_of_its_own():
+    """And on a symmetric surface its left half turns about the mirror image: no roll."""
+    outer = {'surface': 'wing', 'span': (0.4, 1.0), 'hinge': 0.75}
+    controls = (Control('elevator', BOTH, (Effector(**outer, hinge_axis=(0.3, 1.0, 0.1)),)),
+                Control('flap', BOTH, (Effector(**outer),)))
+    assert len(movables(controls, ['wing'])[0]) == 4
+    by_axis, by_line = (moments(flying_wing(controls), each) for each in ([5, 0], [0, 5]))
+    assert by_axis[1] < 0.0 and by_axis[1] != pytest.approx(by_line[1], rel=1e-3)
+    assert abs(by_axis[0]) < 1e-9 * abs(by_axis[1])
+
+
 def test_elevons_pitch_and_roll():
     """Trailing edges down: nose down, no roll. Aileron: right up, left down: roll to the right."""
     machine = flying_wing(elevons())

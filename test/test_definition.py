@@ -420,6 +420,13 @@ MUTATIONS = {
     'hinge behind the trailing edge': ('hinge: 0.6,', 'hinge: 1.6,',
                                        r'elevator.effectors\[0\]: hinge must lie in 0 <= hinge < 1'
                                        r' of the chord, got 1.6'),
+    'hinge about nothing': ('hinge: 0.6,', 'hinge: 0.6, hinge_axis: [0, 0, 0],',
+                            r'elevator.effectors\[0\]: hinge_axis must be three finite numbers '
+                            'that are not all 0, got 0, 0, 0'),
+    'hinge about a word': ('hinge: 0.6,', 'hinge: 0.6, hinge_axis: y,',
+                           r'elevator.effectors\[0\].hinge_axis: must be a list of 3 numbers'),
+    'hinge to infinity': ('hinge: 0.6,', 'hinge: 0.6, hinge_axis: [0, .inf, 0],',
+                          r'elevator.effectors\[0\].hinge_axis\[1\]: must be a finite number'),
     'gain zero': ('gain: -1.0', 'gain: 0',
                   r'aileron.effectors\[0\]: gain must be a finite number other than 0, got 0.0'),
     'no effectors': ('effectors:\n      - {surface: tail, side: both, span: [0.0, 1.0], '

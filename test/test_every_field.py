@@ -140,6 +140,7 @@ def later(number, quantity):
 
 lift, drag = (lambda plane: -plane.loads()[Z]), (lambda plane: -plane.loads(alpha=0.0)[X])
 rolls = air(ROLL, aileron=10.0)
+yaws = air(YAW, rudder=-10.0)
 
 
 # ------------------------------------------------------------- key, other value, measure, way
@@ -185,6 +186,9 @@ AIRCRAFT = [
     ('controls.aileron.effectors[1].span[1]', 1.0, rolls, UP),
     ('controls.aileron.effectors[1].hinge', 0.7, rolls, UP),
     ('controls.aileron.effectors[1].gain', 1.2, rolls, UP),
+    ('controls.rudder.effectors[0].hinge_axis[0]', 0.5, yaws, DOWN),   # less of it along the span
+    ('controls.rudder.effectors[0].hinge_axis[1]', 0.5, yaws, DOWN),
+    ('controls.rudder.effectors[0].hinge_axis[2]', 3.0, yaws, UP),
     ('controls.aileron.effectors[0].limits_deg[0]', -12.0, begun(ROLL, aileron=20.0), DOWN),
     ('controls.aileron.effectors[0].limits_deg[1]', 12.0, begun(ROLL, aileron=-20.0), UP),
 

@@ -12,9 +12,9 @@ import wings
 from scipy.integrate import quad
 
 from poststall_sim.aero import plate, solver
-from poststall_sim.aero.decambering import TWO_PI, Closure
+from poststall_sim.aero.decambering import TWO_PI, AngleForm, Closure
 from poststall_sim.aero.flaps import LEFT, floating_ratio, look_up
-from poststall_sim.aero.model import Settings, build
+from poststall_sim.aero.model import Onset, Settings, build
 from poststall_sim.controls import Control, Effector
 
 DEG = math.radians(1.0)
@@ -33,6 +33,41 @@ def middle(model, alpha, deflection, delta0=None):
     """Return alpha, cl, cd, cm of the middle strip in steady flow."""
     strips = wings.steady(model, 20.0, alpha, deflections=[deflection], delta0=delta0).strips
     return np.array([each[2] for each in (strips.alpha, strips.cl, strips.cd, strips.cm)])
+
+
+@pytest.mark.parametrize('axis', [None, (0.0, 1.0, 0.0), (-0.3, 0.8, 0.5), (0.6, -2.0, 0.0)])
+def test_a_flap_turns_its_normals_about_its_hinge(axis):
+    """
+    By h x n per radian at first, and n keeps its length however far, on both sides of a wing.
+
+    In a flow along each axis by turns; the small-angle form is asked for the stream along x only.
+    """
+    ends = np.array([[0.0, 0.0, 0.0], [1.5, 4.0, 0.4]])
+    chords, hinge = np.array([1.4, 0.6]), 0.6
+    machine = wings.aircraft(
+        [wings.panel_wing(FOIL, ends, chords, 6, symmetric=True)], FOIL, area=8.0, chord=1.0,
+        span=8.0, controls=(Control('flap', (-0.6, 0.6), (
+            Effector('wing', hinge=hinge, hinge_axis=axis),)),))
+    line = np.diff(ends, axis=0)[0] + [hinge * (chords[1] - chords[0]), 0.0, 0.0]
+    right = line if axis is None else np.array(axis) * math.copysign(1.0, axis[1])
+    right = right / np.linalg.norm(right)
+    left = right * [-1.0, 1.0, -1.0]   # drawn from tip to root
+    for form, flows in ((AngleForm.EXACT, np.eye(3)), (AngleForm.LINEAR, np.eye(3)[:1])):
+        model = build(machine, Settings(chordwise=5, unsteady=False, angle_form=form))
+        lattice = model.lattice
+
+        def normals(deflection, model=model, flows=flows):
+            return np.stack([solver.boundary_condition(
+                model, Onset(flow, np.zeros(3)), np.array([deflection])).level
+                for flow in flows], axis=1)
+
+        behind = np.repeat([0.0, 0.0, 0.0, 1.0, 1.0], 6)[:, None]
+        about = np.tile(np.array([left] * 3 + [right] * 3), (5, 1))
+        expected = behind * np.cross(about, lattice.normal)[:, :len(flows)]
+        step = 1e-5
+        assert (normals(step) - normals(-step)) / (2.0 * step) == pytest.approx(expected, abs=1e-9)
+        if form is AngleForm.EXACT:
+            assert np.linalg.norm(normals(0.5), axis=1) == pytest.approx(1.0, abs=1e-12)
 
 
 def test_a_flap_ends_where_kirchhoff_leaves_a_quarter_of_the_lift():

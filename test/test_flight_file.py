@@ -132,6 +132,35 @@ def test_wrong_files_are_refused_in_one_line(flown, tmp_path):
     refused('chordwise=4.*not .*chordwise=3', models.build(aircraft, Settings(chordwise=3)))
 
 
+@pytest.mark.parametrize(('name', 'place', 'value'), [
+    ('state.body.position_N', 0, math.nan), ('state.flow.wake.drift_N', 1, math.inf),
+    ('state.flow.circulation', 3, math.nan), ('snapshot.force_B', 2, math.nan),
+    ('weather.wind_N', 0, -math.inf), ('state.flow.share', 0, math.inf)])
+def test_what_is_not_finite_is_refused_by_its_name(flown, tmp_path, name, place, value):
+    """But NaN where that says that the static curve holds, as in every file of a test here."""
+    path = tmp_path / 'a.npz'
+    flight_file.save_state(flown, path)
+    with np.load(path) as file:
+        array = file[name].copy()
+        assert np.isnan(file['state.flow.share']).any()
+    array.flat[place] = value
+    changed(path, **{name: array})
+    with pytest.raises(ConfigError) as caught:
+        flight_file.load_state(flown.model, path)
+    assert str(caught.value) == f'{path}: {name} is not finite'
+
+
+@pytest.mark.parametrize('name', ['position_N', 'velocity_B', 'rates_B', 'q_NB'])
+def test_a_state_that_is_not_finite_pauses_the_flight_as_diverged(flown, name):
+    flight = simulation.Flight.resumed(flown.model, flown.saved())
+    before = flight.snapshot
+    body = dataclasses.replace(flight.state.body, **{
+        name: np.full_like(getattr(flight.state.body, name), math.nan)})
+    flight.state = dataclasses.replace(flight.state, body=body)
+    assert flight.step(flight.trim) is before
+    assert 'diverged' in flight.paused_reason
+
+
 def test_what_is_no_regular_file_or_too_large_is_not_opened(flown, tmp_path, monkeypatch):
     """A pipe would block whoever opens it; a small file may unpack to more than there is."""
     pipe, large = tmp_path / 'pipe.npz', tmp_path / 'large.npz'

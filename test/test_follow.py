@@ -117,6 +117,28 @@ def test_a_clock_that_stands_jumps_and_is_not_alone(start, probe):
     assert stamp(poses) == 10_800_000_000
 
 
+def test_a_clock_before_0_or_beyond_all_stamps_is_refused_and_ends_nobody(start, probe):
+    """The clock of rclpy raises over a negative one, in whoever follows it."""
+    followers = [
+        start('simulator', ros=[*FOLLOW, '-p', 'dt:=0.008', '-p', 'rates.state:=1000.0']),
+        start('autopilot', ros=['-p', 'use_sim_time:=true'])]
+    poses = probe.collect(PoseStamped, 'pose')
+    reports = Reports(probe)
+    source = probe.publisher(Clock, '/clock')
+    send_until(probe, source, clock(100.0), lambda: stamp(poses) == 100_000_000_000, '100 s')
+    wild = clock(0.0)
+    for wild.clock.sec, wild.clock.nanosec in ((-1, 0), (2**31 - 1, 2**32 - 1)):
+        refused = f'/clock refused: {wild.clock.sec} s'
+        send_until(probe, source, wild, lambda refused=refused: (
+            refused in followers[0].says()
+            and 'rclpy cannot handle a message' in followers[1].says()), refused)
+    assert reports.number('commands', 'dropped_by_rclpy') >= 1
+    send_until(probe, source, clock(100.04), lambda: stamp(poses) == 100_040_000_000, 'the flight')
+    assert reports.value('pace', 'clock_jumps_back') == '0'
+    assert all(each.process.poll() is None for each in followers)
+    assert not any('Traceback' in each.says() for each in followers)
+
+
 def test_time_is_made_or_followed_and_not_both(start):
     both = start('simulator', ros=['-p', 'use_sim_time:=true'])
     locked = start('simulator', ros=[*FOLLOW, '-p', 'lockstep:=service'])

@@ -185,10 +185,15 @@ def covered(flat, hinge=0.75):
 
 
 def hinge_turn(hinge, leading, chords, length):
-    """Return the cosine of the hinge's sweep over that of the quarter chord's, of a trapezoid."""
-    def sweep(share):
-        return math.atan2(leading[1] - leading[0] + share * (chords[1] - chords[0]), length)
-    return math.cos(sweep(hinge)) / math.cos(sweep(0.25))
+    """
+    Return what a turn about the hinge of a trapezoid is about its quarter chord's direction.
+
+    Of strips, by what washes alike along the chord: the cosine of the hinge's sweep over that of
+    the quarter chord's; and of panels: the cosine of the angle between the two lines.
+    """
+    hinge, quarter = (math.atan2(leading[1] - leading[0] + share * (chords[1] - chords[0]), length)
+                      for share in (hinge, 0.25))
+    return math.cos(hinge) / math.cos(quarter), math.cos(hinge - quarter)
 
 
 def test_control_turns_strips_by_the_share_that_it_covers():
@@ -213,12 +218,13 @@ def test_side_and_gain_of_an_effector_pick_strips_and_sign():
         Effector('wing', (0.6, 1.0), side=1, gain=-1.0),
         Effector('wing', (0.6, 1.0), side=-1, gain=0.5))])
     share = covered(flat)
-    turn = hinge_turn(0.75, (0.5, 2.0), (1.5, 0.5), math.hypot(3.0, 0.5))
-    assert share[:2] == pytest.approx(0.5 * turn) and share[-2:] == pytest.approx(-turn)
+    ratio, own = hinge_turn(0.75, (0.5, 2.0), (1.5, 0.5), math.hypot(3.0, 0.5))
+    assert share[:2] == pytest.approx(0.5 * ratio) and share[-2:] == pytest.approx(-ratio)
     assert np.all(share[3:7] == 0.0)
     # Hinge at 3/4 of four rows: the last row turns whole, the others not at all.
     turn = (flat.mixing.T @ flat.turn)[0].reshape(4, 10)
-    assert np.all(turn[:3] == 0.0) and turn[3] == pytest.approx(share)
+    assert np.all(turn[:3] == 0.0)
+    assert turn[3] == pytest.approx(share * own / ratio)
 
 
 def test_panel_cut_by_the_hinge_turns_by_its_part_behind_it():
@@ -227,12 +233,17 @@ def test_panel_cut_by_the_hinge_turns_by_its_part_behind_it():
         Effector('fin', hinge=0.6),))])
     turn = (flat.mixing.T @ flat.turn)[0].reshape(4, 4)
     # Trailing edge left is towards the fin's normal, so its turn is nose-down: negative.
-    expected = -np.array([0.0, 0.0, 0.6, 1.0]) * hinge_turn(0.6, (6.0, 6.3), (1.0, 0.7), 1.2)
+    expected = -np.array([0.0, 0.0, 0.6, 1.0]) * hinge_turn(0.6, (6.0, 6.3), (1.0, 0.7), 1.2)[1]
     assert turn == pytest.approx(np.tile(expected[:, None], (1, 4)), abs=1e-12)
 
 
 def test_control_without_effect_is_refused():
     """Two effectors that cancel everywhere would make a control that does nothing."""
+    for axis in ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)):
+        with pytest.raises(ConfigError, match='flap_right: its span of surface wing, 0.5 to 1, is '
+                           'too short to turn, or its hinge_axis crosses the span'):
+            lattice_of(wings.panel_wing(FOIL, [(0, 0, 0), (0, 5, 0)], [1, 1], 10, symmetric=True),
+                       controls=[control(Effector('wing', (0.5, 1.0), hinge_axis=axis))])
     with pytest.raises(ConfigError, match='control flap: its effectors cancel'):
         lattice_of(tapered(), controls=[control(
             Effector('wing', gain=1.0), Effector('wing', gain=-1.0))])

@@ -200,17 +200,22 @@ def test_a_flow_without_a_derivative_says_so(step):
 
 
 def test_an_all_moving_tail_and_an_aileron_at_its_stop_have_their_derivatives():
-    """The tail turns its strips' chords; the right aileron is held by a stop, the left moves."""
+    """
+    The tail turns its strips' chords; the right aileron is held by a stop, the left moves.
+
+    Both about axes that are not their hinge lines, which slants normals towards the side.
+    """
     machine = curves.with_strips(curves.wing_tail(curves.airfoil('gentle')), wing=8, tail=4)
     controls = []
     for each in machine.controls:
         changed = {'stops': (-0.02, 0.3)} if each.name == 'aileron' else {}
+        changed['hinge_axis'] = (0.4, 1.0, 0.1)
         controls.append(dataclasses.replace(each, effectors=tuple(
             dataclasses.replace(one, **changed, hinge=0.0 if one.surface == 'tail' else one.hinge)
             for one in each.effectors)))
     machine = dataclasses.replace(machine, controls=tuple(controls))
     step = Step(machine, math.radians(20.0), 0.05 * np.ones(len(controls)), np.zeros(6))
-    assert step.model.lattice.pivot.any()
+    assert step.model.lattice.pivot.any() and step.model.lattice.slant.any()
     assert not step.model.lattice.angle_rate(step.deflections).any(axis=1).all()
     for name, size in (('nu', 1e-4), ('flap', 1e-6)):
         direction = np.random.default_rng(7).normal(

@@ -236,7 +236,7 @@ def test_a_minute_of_level_flight_stays_on_its_trim():
 
 
 def test_a_turn_stays_on_its_trim_where_its_wake_is_straight(model):
-    """As in the trim; a wake that lies in the air curves with the turn, and costs 0.5 m/s."""
+    """As in the trim; for one that lies in the air see `test_turning`."""
     found = steady(model, airspeed=15.0, turn_rate=TURN, coordinated=True)
     stays(begun(model, found, dt_ns=20_000_000), found, 6.0)
 

@@ -91,6 +91,41 @@ def test_steps_that_were_due_and_not_taken_do_not_count():
     assert (p.steps, p.late, p.lost_ns) == (3, 2, 0)
 
 
+def test_what_is_forgiven_is_counted_and_the_schedule_stays():
+    """A trim of 103 ms: 20 steps are lost, and 3 ms of the next one stay."""
+    p = pacer()
+    wake(p, 0)
+    wake(p, 50 * MS)
+    p.forgive(153 * MS)
+    assert (p.steps, p.lost_ns, p.lost_wall_ns) == (10, 100 * MS, 100 * MS)
+    assert wake(p, 154 * MS) == 0 and wake(p, 155 * MS) == 1
+    p.stop()
+    p.forgive(500 * MS)     # nothing is owed in a pause
+    assert p.lost_ns == 100 * MS
+    assert p.achieved == pytest.approx(11 * 5 / 155)
+
+
+def test_30_changes_of_the_factor_lose_no_time():
+    """Simulated time is what the factors add up to, to the step that is not yet due."""
+    p, now, asked_ns, factor = pacer(), 0, 0.0, 1.0
+    wake(p, now)
+    for k in range(30):
+        for _ in range(3):
+            now += 7 * MS + k
+            asked_ns += factor * (7 * MS + k)
+            wake(p, now)
+        factor = (0.3, 1.0, 2.7)[k % 3]
+        p.change(factor, now)
+    assert p.lost_ns == 0
+    assert 0 <= asked_ns - p.steps * p.dt_ns < p.dt_ns
+    assert p.late == 0
+    p.change(0.0, now)
+    assert wake(p, now) == 10
+    p.change(1.0, now)
+    assert wake(p, now + 5 * MS) == 0    # as fast as it can go owes nothing
+    assert wake(p, now + 10 * MS) == 1
+
+
 def test_a_follower_takes_on_the_clock_and_then_every_step_up_to_it():
     follower = Follower(7, max_steps=4)
     assert follower.joined(0) == 0 and follower.due(0) == 0     # there is no clock yet

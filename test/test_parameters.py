@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters of the simulator: each acts, in flight where it may change, or says why not."""
 
+import array
 import math
 from dataclasses import replace
 
@@ -13,6 +14,7 @@ pytest.importorskip('rclpy', reason='rclpy is not installed')
 import rclpy
 from processes import free_domain
 from rclpy.parameter import Parameter
+from sensor_msgs.msg import Joy
 
 from poststall_sim import topics
 from poststall_sim.aircraft import ConfigError
@@ -27,6 +29,10 @@ from poststall_sim.weather import Shear, ShearLaw
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
 
 COARSE = replace(SimulatorSettings(), uvlm_chordwise=1, initial_altitude=500.0)
+
+
+LISTS = (Parameter.Type.BYTE_ARRAY, Parameter.Type.BOOL_ARRAY, Parameter.Type.INTEGER_ARRAY,
+         Parameter.Type.DOUBLE_ARRAY, Parameter.Type.STRING_ARRAY)
 
 
 @pytest.fixture
@@ -264,3 +270,56 @@ def test_a_flight_of_another_atmosphere_is_refused(node_with, tmp_path):
     done, text = node.operations.load()
     assert not done and 'density=1.0' in text and 'here it is' in text
     assert node.flight.model.atmosphere.density is None
+
+
+@pytest.mark.parametrize('name', [
+    'rates.state', 'rates.views', 'rates.path', 'sensors.imu.rate', 'sensors.gps.rate'])
+def test_a_rate_of_nearly_nothing_is_refused_in_one_line(node_with, name):
+    """Its period leaves the range of numbers; 0 is off."""
+    with pytest.raises(ConfigError) as caught:
+        node_with(**{name: 1e-300})
+    assert str(caught.value) == f'parameter {name}: must be 0 or at least 0.001, got 1e-300'
+    with pytest.raises(ConfigError, match='must be from 1 to'):
+        node_with(**{'rates.clock': 1e-300})
+
+
+def test_lists_without_elements_are_refused_or_mean_the_default(node_with):
+    """As they come over the wire, where the type of an empty list is known."""
+    node = node_with()
+    for kind in LISTS:
+        value = array.array({'INTEGER_ARRAY': 'q', 'DOUBLE_ARRAY': 'd'}[kind.name]) if kind in (
+            Parameter.Type.INTEGER_ARRAY, Parameter.Type.DOUBLE_ARRAY) else []
+        for name in ('joy.deadband', 'real_time_factor', 'step_count', 'command.source',
+                     'reset.time', 'wind.velocity', 'flight_file', 'dt'):
+            result, = node.set_parameters([Parameter(name, kind, value)])
+            assert not result.successful and result.reason, (kind, name)
+        result, = node.set_parameters([Parameter('failures', kind, value)])
+        assert result.successful and not node.flight.failures
+
+
+def test_of_a_stick_that_is_refused_no_button_acts(node_with):
+    node = node_with(**{'joy.enabled': True})
+    pause = node.settings.joy_pause
+    down, up = ([int(pressed and index == pause) for index in range(8)] for pressed in (1, 0))
+
+    def hear(buttons, *axes):
+        node.inbox._on_joy(Joy(axes=axes, buttons=buttons))
+
+    hear(up, *[0.0] * 8)
+    hear(down, *[math.nan] * 8)
+    hear(down)
+    assert node.paused and sum(node.health.refused.values()) == 2
+    hear(up, *[0.0] * 8)
+    hear(down, *[0.0] * 8)
+    assert not node.paused
+
+
+def test_what_is_said_once_is_not_said_again_at_a_jump(node_with, monkeypatch):
+    node, made = node_with(), []
+    emit = node._emit
+    monkeypatch.setattr(node, '_emit', lambda topic, values: (
+        made.append(topic), emit(topic, values)))
+    for operation in (node.operations.reset, node.operations.trim, node.operations.zero_time):
+        assert operation()[0]
+    assert topics.CLOCK in made
+    assert not [topic.name for topic in made if topic.rate is topics.Rate.ONCE]

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every row of the table as a subscriber meets it: type, QoS, frame, sign and rate, over DDS."""
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -129,6 +130,42 @@ def test_nothing_is_made_that_nobody_listens_to(probe, monkeypatch):
         assert made_of_state & set(made) == {'MarkerArray', 'Path', 'NavSatFix'}
     finally:
         probe.executor.remove_node(node)
+        node.destroy_node()
+
+
+def test_at_full_rates_a_step_is_flown_once_and_makes_one_message_of_each_topic(
+        probe, monkeypatch):
+    """Everything on, at 1/dt, with a listener each: what is not counted twice costs only once."""
+    from poststall_sim import simulation
+    from poststall_sim.ros import simulator
+
+    made, flown, count = Counter(), [], 20
+    fill, serialize, fly = messages.fill, cdr.serialize, simulation.step
+    monkeypatch.setattr(messages, 'fill', lambda message, fields: (
+        made.update([type(message).__name__]), fill(message, fields))[1])
+    monkeypatch.setattr(cdr, 'serialize', lambda kind, fields: (
+        made.update([kind.rpartition('/')[2]]), serialize(kind, fields))[1])
+    monkeypatch.setattr(simulation, 'step', lambda *given, **named: (
+        flown.append(1), fly(*given, **named))[1])
+    shown = [topic for topic in AVAILABLE
+             if topic.rate not in (Rate.ONCE, Rate.DIAGNOSTICS)]
+    node = simulator.SimulatorNode(context=probe.context, cli_args=[
+        '--ros-args', '-p', 'start_paused:=true', '-p', 'dt:=0.008', '-p', 'publish_ned:=true',
+        '-p', 'sensors.gps.delay:=0.0', *(part for rate in {topic.rate for topic in shown}
+                                          for part in ('-p', f'{rate.parameter}:=125.0'))])
+    try:
+        for topic in shown:
+            probe.node.create_subscription(
+                message_class(topic.type), topic.name, made.get, qos_profile(topic.qos), raw=True)
+        probe.spin_until(lambda: all(map(node._heard, shown)), 'a listener of every topic')
+        made.clear()
+        flown.clear()
+        node.advance(count)
+        kinds = Counter(topic.type.rpartition('/')[2] for topic in shown)
+        assert {kind: made[kind] for kind in kinds} == {
+            kind: count * topics for kind, topics in kinds.items()}
+        assert len(flown) == count
+    finally:
         node.destroy_node()
 
 

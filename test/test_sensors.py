@@ -118,7 +118,7 @@ def test_time_that_is_set_back_takes_what_was_on_its_way():
 
 
 @pytest.mark.parametrize('given', [
-    {'rate': 0.0}, {'delay': -1.0}, {'noise': np.array([-1.0])}])
+    {'rate': 0.0}, {'rate': 1e-300}, {'delay': -1.0}, {'noise': np.array([-1.0])}])
 def test_what_no_sensor_does_is_refused(given):
     with pytest.raises(ConfigError, match='a sensor needs'):
         Errors(**{'rate': 10.0, 'noise': np.zeros(1), 'bias': np.zeros(1), **given})

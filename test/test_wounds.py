@@ -4,7 +4,8 @@
 What users of other flight simulators complain of in their issue trackers, and what holds it here.
 
 Eleven wounds, each with one of the threads that tell of it and with the tests that would fail if
-it opened here. Whoever renames one of those tests renames it here too.
+it opened here, one of them at least in every `make test`. Whoever renames one of those tests
+renames it here too.
 """
 
 import ast
@@ -43,6 +44,7 @@ WOUNDS = {
     'publishing all at full rate costs real time (PX4-SITL_gazebo-classic 561)': (
         'test_every_topic_has_its_type_quality_frame_and_rate',
         'test_nothing_is_made_that_nobody_listens_to',
+        'test_at_full_rates_a_step_is_flown_once_and_makes_one_message_of_each_topic',
         'test_everything_at_every_step_is_flown_in_real_time'),
     'airspeed, alpha and beta are on no topic (PX4-Autopilot 24302)': (
         'test_all_topics_of_an_instant_say_the_same_and_rates_are_slopes',
@@ -60,21 +62,46 @@ WOUNDS = {
 }
 
 
+def found(folder, *without):
+    """
+    Return the names of the tests of a folder that have none of some marks.
+
+    Of a test whose parameters alone are marked, some run.
+    """
+    marks, names = tuple(f'pytest.mark.{mark}' for mark in without), set()
+    for path in ROOT.glob(f'{folder}/test_*.py'):
+        body = ast.parse(path.read_text(encoding='utf-8')).body
+        of_all = [mark for node in body if isinstance(node, ast.Assign)
+                  and ast.unparse(node.targets[0]) == 'pytestmark'
+                  for mark in getattr(node.value, 'elts', [node.value])]
+        names.update(node.name for node in body if isinstance(node, ast.FunctionDef) and not any(
+            ast.unparse(mark).startswith(marks) for mark in [*of_all, *node.decorator_list]))
+    return names
+
+
 @pytest.fixture(scope='module')
 def tests():
-    """Return the names of all tests and benchmarks that run, those with a skip mark left out."""
-    found = set()
-    for path in [*ROOT.glob('test/test_*.py'), *ROOT.glob('benchmark/test_*.py')]:
-        for node in ast.parse(path.read_text(encoding='utf-8')).body:
-            if isinstance(node, ast.FunctionDef) and not any(
-                    'mark.skip' in ast.unparse(mark) for mark in node.decorator_list):
-                found.add(node.name)
-    return found
+    """Return the names of all tests and benchmarks that run somewhere."""
+    return found('test', 'skip') | found('benchmark', 'skip')
+
+
+@pytest.fixture(scope='module')
+def quick():
+    """Return the names of the tests that run in every `make test`."""
+    return found('test', 'skip', 'soak')
 
 
 @pytest.mark.parametrize('wound', WOUNDS)
-def test_each_wound_is_held_by_tests_that_there_are(wound, tests):
+def test_each_wound_is_held_by_tests_that_there_are(wound, tests, quick):
     assert WOUNDS[wound] and tests.issuperset(WOUNDS[wound]), set(WOUNDS[wound]) - tests
+    assert quick.intersection(WOUNDS[wound])
+
+
+def test_what_runs_in_soak_or_in_the_benchmarks_alone_is_not_quick(tests, quick):
+    assert quick < tests
+    slow = {'test_ten_minutes_end_as_fast_and_as_small_as_they_began',
+            'test_everything_at_every_step_is_flown_in_real_time'}
+    assert slow <= tests and not slow & quick
 
 
 def test_there_are_eleven():

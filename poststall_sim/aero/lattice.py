@@ -18,10 +18,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from poststall_sim.aero import plate, polars, reynolds, stations
+from poststall_sim.aero import hinges, plate, polars, reynolds, stations
 from poststall_sim.aero.flaps import floating_ratio
 from poststall_sim.aircraft import Aircraft, ConfigError, Surface
-from poststall_sim.controls import Movable
 from poststall_sim.frames import FloatArray, control_sign
 
 CORE = 0.05
@@ -64,7 +63,8 @@ class Lattice:
     strength = G[edge_plus] - G[edge_minus] + Gw[edge_wake], -1 for none; edge_strip (s, 2)
     strips on both sides.
 
-    Movable parts (k), per unit angle of each: turn (k, p) of a panel's normals; for a flap shift
+    Movable parts (k), per unit angle of each: turn (k, p) of a panel's normals about its span axis
+    and slant (k, p) about its tangent, see `hinges`; for a flap shift
     (k, n) of the zero-lift angle and load_moment (k, n) of the section's own moment coefficient,
     see `flaps`; pivot (k, n) for an all-moving part, which turns the strip's chord with it.
     floating (k, n) : angle at which a free part stands per angle of attack of the strips; travel
@@ -109,6 +109,7 @@ class Lattice:
     separated_high: FloatArray
     separated_low: FloatArray
     turn: FloatArray
+    slant: FloatArray
     shift: FloatArray
     load_moment: FloatArray
     pivot: FloatArray
@@ -351,20 +352,25 @@ def _movables(aircraft: Aircraft, grids: list[Grid], meshes: list[_SurfaceMesh],
               ) -> tuple[dict[str, FloatArray], reynolds.StripCurves]:
     """Return what the movable parts do per unit angle, see `Lattice`, and the strips' curves."""
     parts, panels, strips = aircraft.movables, len(arrays['area']), len(arrays['strip_chord'])
-    turn = np.zeros((len(parts), panels))
+    turn, slant = np.zeros((2, len(parts), panels))
     shift, load_moment, pivot, floating, flap = np.zeros((5, len(parts), strips))
     names = [grid.name for grid in grids]
     for k, part in enumerate(parts):
         s = names.index(part.surface)
         grid = grids[s]
         sign = np.array([control_sign(each) for each in arrays['strip_normal'][grid.strips]])
-        turned = sign * _covered(part, aircraft.surfaces[s], meshes[s].edges) \
-            * plate.hinge_turn(meshes[s].corners, part.hinge)
-        turn[k, grid.panels] = np.outer(plate.behind(rows, part.hinge), turned).ravel()
+        turned, *panelwise = hinges.turned(
+            part, aircraft.surfaces[s], meshes[s].edges, meshes[s].corners,
+            *(arrays[key][grid.panels].reshape(rows, -1, 3) for key in ('normal', 'tangent')))
+        turned = sign * turned
+        turn[k, grid.panels], slant[k, grid.panels] = (
+            (sign * each).ravel() for each in panelwise)
         weights = turned * arrays['strip_width'][grid.strips]
         if not weights.any():
             raise ConfigError(f'control {part.name}: its span of surface {part.surface}, '
-                              f'{part.span[0]:g} to {part.span[1]:g}, is too short to turn')
+                              f'{part.span[0]:g} to {part.span[1]:g}, is too short to turn'
+                              + (', or its hinge_axis crosses the span' if part.hinge_axis
+                                 else ''))
         floating[k, grid.strips] = -floating_ratio(part.hinge) * weights \
             / np.abs(weights).sum()
         if part.hinge == 0.0:
@@ -380,18 +386,7 @@ def _movables(aircraft: Aircraft, grids: list[Grid], meshes: list[_SurfaceMesh],
     flown = reynolds.strip_curves(
         aircraft.airfoils, [each for mesh in meshes for each in mesh.between],
         arrays['strip_chord'], flap, shift, load_moment)
-    return {'turn': turn, 'shift': shift, 'load_moment': load_moment, 'pivot': pivot,
-            'floating': floating, 'mixing': aircraft.mixing,
+    return {'turn': turn, 'slant': slant, 'shift': shift, 'load_moment': load_moment,
+            'pivot': pivot, 'floating': floating, 'mixing': aircraft.mixing,
             'travel': np.array([part.travel for part in parts]).reshape(-1, 2),
             'stops': np.array([part.stops for part in parts]).reshape(-1, 2)}, flown
-
-
-def _covered(part: Movable, surface: Surface, edges: FloatArray) -> FloatArray:
-    """Return the share (strips,) of each strip's width that a movable part covers."""
-    if surface.symmetric:
-        half = 0.5 * edges[-1]
-        low, high = sorted(half + part.side * half * share for share in part.span)
-    else:
-        low, high = (edges[-1] * share for share in part.span)
-    share = np.clip(np.minimum(edges[1:], high) - np.maximum(edges[:-1], low), 0.0, None)
-    return share / np.diff(edges)

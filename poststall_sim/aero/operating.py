@@ -81,9 +81,10 @@ def boundary_condition(model: Model, onset: Onset, deflections: FloatArray,
     """
     lattice = model.lattice
     angles = lattice.angles(deflections) if angles is None else angles
+    linear = model.settings.angle_form is AngleForm.LINEAR
     level, turned = np.empty(lattice.panels), np.empty(lattice.panels)
-    _along(onset.at(model.collocation_arm), lattice.normal, lattice.tangent, level, turned)
-    turn = angles @ lattice.turn
+    _panels(onset.at(model.collocation_arm), lattice.normal, lattice.tangent,
+            angles[:0] if linear else angles, lattice.turn, lattice.slant, level, turned)
     strips = np.empty((16, lattice.strips))
     _along(onset.at(model.quarter_arm), lattice.chord_axis, lattice.strip_normal, strips[0],
            strips[1])
@@ -99,18 +100,45 @@ def boundary_condition(model: Model, onset: Onset, deflections: FloatArray,
     # way where a curve that fades is read at one angle twice.
     if not model.settings.decambering or model.settings.closure is Closure.LOCAL:
         strips[13], strips[15] = math.inf, -math.inf
-    if model.settings.angle_form is AngleForm.LINEAR:
+    if linear:
         # w = V (alpha + theta), V that of a stream along x at zero incidence.
         stream = airspeed * lattice.tangent[:, 0]
+        sideways = airspeed * np.cross(lattice.normal, lattice.tangent)[:, 0]
         # Small angles say nothing of a strip that flies backwards: it keeps its decambering.
         strips[7] *= strips[0] > 0.0
         strips[1] = np.arctan2(strips[1], strips[0]) * airspeed * lattice.chord_axis[:, 0]
         strips[0], strips[3] = airspeed * lattice.chord_axis[:, 0], 1.0
-        return Boundary(stream * (np.arctan2(level, turned) + turn), stream, strips, angles,
-                        pivot)
-    cosine, sine = np.cos(turn), np.sin(turn)
-    return Boundary(level * cosine + turned * sine, turned * cosine - level * sine, strips,
-                    angles, pivot)
+        return Boundary(
+            stream * (np.arctan2(level, turned) + angles @ lattice.turn)
+            - sideways * (angles @ lattice.slant), stream, strips, angles, pivot)
+    return Boundary(level, turned, strips, angles, pivot)
+
+
+@njit(**EXACT)
+def _panels(velocity, normal, tangent, angles, turn, slant, level, turned):
+    """
+    Fill level and turned (p,) by velocities (p, 3) at panels whose parts (k,) have moved.
+
+    The normals slant about the tangents first and turn about the span axes n x t then:
+    n' = cos slant (n cos turn + t sin turn) - n x t sin slant. Decambering goes on turning them.
+    """
+    for i in range(level.size):
+        x, y, z = velocity[i, 0], velocity[i, 1], velocity[i, 2]
+        a, b, c = normal[i, 0], normal[i, 1], normal[i, 2]
+        d, e, f = tangent[i, 0], tangent[i, 1], tangent[i, 2]
+        across, along = x * a + y * b + z * c, x * d + y * e + z * f
+        about, aslant = 0.0, 0.0
+        for k in range(angles.size):
+            about += angles[k] * turn[k, i]
+            aslant += angles[k] * slant[k, i]
+        if about != 0.0:
+            cosine, sine = math.cos(about), math.sin(about)
+            across, along = across * cosine + along * sine, along * cosine - across * sine
+        if aslant != 0.0:
+            upright = math.cos(aslant)
+            aside = x * (b * f - c * e) + y * (c * d - a * f) + z * (a * e - b * d)
+            across, along = upright * across - aside * math.sin(aslant), upright * along
+        level[i], turned[i] = across, along
 
 
 @njit(**EXACT)

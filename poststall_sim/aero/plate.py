@@ -52,22 +52,3 @@ def plate_vortices(normalwash: FloatArray) -> FloatArray:
 def behind(rows: int, hinge: float) -> FloatArray:
     """Return the share (rows,) of each panel's chord that lies behind a hinge."""
     return np.clip(np.arange(1, rows + 1) - hinge * rows, 0.0, 1.0)
-
-
-def hinge_turn(corners: FloatArray, hinge: float) -> FloatArray:
-    """
-    Return how far panels turn about their span axis (strips,) for a turn about the hinge line.
-
-    corners (rows + 1, strips + 1, 3). Along the chord both turns must wash alike. With h and e the
-    unit vectors of the hinge and of the quarter chord, k the normal and c the chord:
-    h x k . c = turn e x k . c, the cosine of the hinge's sweep over that of the quarter chord's;
-    1 where there is no taper.
-    """
-    front, rear = corners[0], corners[-1]
-    chord = 0.5 * (rear[1:] + rear[:-1] - front[1:] - front[:-1])
-    quarter, line = (np.diff((1.0 - x) * front + x * rear, axis=0) for x in (0.25, hinge))
-    quarter, line = (each / np.linalg.norm(each, axis=-1, keepdims=True)
-                     for each in (quarter, line))
-    normal = np.cross(chord, quarter)
-    return np.sum(np.cross(line, normal) * chord, axis=-1) \
-        / np.sum(np.cross(quarter, normal) * chord, axis=-1)

@@ -193,8 +193,7 @@ def start(model: Model, onset: Onset, placement: Placement, deflections: FloatAr
     boundary = boundary_condition(model, onset, deflections, angles)
     fade = boundary.fade
     bare = -(model.bound_inverse @ boundary.level)
-    speed = float(np.linalg.norm(onset.velocity_G))
-    step = max(speed * dt, 0.02 * float(lattice.strip_chord.min()))
+    step = first_row(model, onset, dt)
     rows = model.wake_rows(step)
     circulation = result.circulation
     if at_rest:
@@ -219,6 +218,12 @@ def start(model: Model, onset: Onset, placement: Placement, deflections: FloatAr
         angle=separation.geometric_angle(boundary.strips),
         response=own_response(model, direction), row_G=step * direction,
         steps=0 if at_rest else 2), result
+
+
+def first_row(model: Model, onset: Onset, dt: float) -> float:
+    """Return how long the rows of a wake are that a march begins with [m]."""
+    speed = float(np.linalg.norm(onset.velocity_G))
+    return max(speed * dt, 0.02 * float(model.lattice.strip_chord.min()))
 
 
 def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,

@@ -49,8 +49,9 @@ def add(command: Command) -> argparse.ArgumentParser:
                          'held against (default 12,20)')
     airfoil.add_argument('--output', type=values.output, metavar='FILE.csv',
                          help='write the curves as an aircraft reads them')
-    airfoil.add_argument('--plot', type=values.figure, metavar='FILE',
-                         help='draw them: PNG, SVG or PDF')
+    airfoil.add_argument('--plot', type=values.figure, nargs='?', metavar='FILE',
+                         const='airfoil.png',
+                         help='draw them: PNG, SVG or PDF (default airfoil.png)')
     airfoil.add_argument('--measured', type=Path, metavar='FILE.csv',
                          help='points to draw beside them: columns alpha, cl and perhaps cd, cm')
     return airfoil

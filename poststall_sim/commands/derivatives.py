@@ -40,8 +40,10 @@ def add(command: Command) -> argparse.ArgumentParser:
     derivatives.add_argument('--axes', choices=('body', 'stability'), default='body',
                              help='of rolling and yawing moments and rates: those of the body '
                              '(default), or turned by alpha into the wind')
-    derivatives.add_argument('--plot', type=values.figure, metavar='FILE',
-                             help='draw them over the angle of attack: PNG, SVG or PDF')
+    derivatives.add_argument('--plot', type=values.figure, nargs='?', metavar='FILE',
+                             const='derivatives.png',
+                             help='draw them over the angle of attack: PNG, SVG or PDF '
+                             '(default derivatives.png)')
     solver.add_as_avl(solver.add_options(derivatives))
     return derivatives
 

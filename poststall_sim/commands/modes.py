@@ -59,8 +59,9 @@ def _add_modes(modes: argparse.ArgumentParser) -> None:
                        'or .mat')
     modes.add_argument('--order', type=values.count, metavar='N', help='with so many states for '
                        'the air instead of all')
-    modes.add_argument('--plot', type=values.figure, metavar='FILE',
-                       help='draw them: PNG, SVG or PDF')
+    modes.add_argument('--plot', type=values.figure, nargs='?', metavar='FILE',
+                       const='modes.png',
+                       help='draw them: PNG, SVG or PDF (default modes.png)')
 
 
 def run(arguments: argparse.Namespace) -> int:

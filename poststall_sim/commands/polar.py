@@ -43,8 +43,9 @@ def add(command: Command) -> argparse.ArgumentParser:
                        'lead to')
     polar.add_argument('--seed', type=values.count, metavar='N',
                        help='of the random starts (default 0)')
-    polar.add_argument('--plot', type=values.figure, metavar='FILE',
-                         help='draw it: PNG, SVG or PDF')
+    polar.add_argument('--plot', type=values.figure, nargs='?', metavar='FILE',
+                         const='polar.png',
+                         help='draw it: PNG, SVG or PDF (default polar.png)')
     group = solver.add_options(polar, closure='(default nonlocal; local if a scheme is named)')
     solver.add_as_avl(group)
     _add_study(group)

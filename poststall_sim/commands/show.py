@@ -16,8 +16,9 @@ def add(command: Command) -> argparse.ArgumentParser:
                    'trainer --plot trainer.png', 'trainer')
     show.add_argument('aircraft', nargs='?', default=argparse.SUPPRESS, metavar='AIRCRAFT',
                       help='the same as --aircraft')
-    show.add_argument('--plot', type=values.figure, metavar='FILE',
-                      help='draw it: PNG, SVG or PDF')
+    show.add_argument('--plot', type=values.figure, nargs='?', metavar='FILE',
+                      const='show.png',
+                      help='draw it: PNG, SVG or PDF (default show.png)')
     show.add_argument('--avl', type=values.output, metavar='FILE',
                       help='write it as an AVL file, and its masses as .mass beside that')
     solver.add_options(show)

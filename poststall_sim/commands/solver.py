@@ -52,10 +52,13 @@ def add_as_avl(group) -> None:
 def aircraft(arguments: argparse.Namespace):
     """Return the aircraft that the options name."""
     from poststall_sim import definition
-    defined = definition.aircraft(
-        definition.find(definition.Kind.AIRCRAFT, arguments.aircraft))
+    path = definition.find(definition.Kind.AIRCRAFT, arguments.aircraft)
+    defined = definition.aircraft(path)
     for assumption in defined.assumptions:
         terminal.complain(f'{defined.name}: {assumption}')
+    if definition.is_avl(path) and not vars(arguments).get('as_avl', True):
+        terminal.complain(f'{defined.name}: by the rules of this package, which count forces and '
+                          'cores that AVL does not: --as-avl gives what AVL computes')
     return defined
 
 

@@ -38,9 +38,8 @@ def add(command: Command) -> argparse.ArgumentParser:
     group = trim.add_argument_group('manoeuvres', 'all six balances at once, within the limits '
                                     'of the controls')
     group.add_argument('--turn', type=values.within(_TURN), metavar='DEG/S',
-                       help='turn the heading, to the right positive; balanced with straight '
-                       'wakes: flown on, where they curve with it, a turn drifts by some tenths '
-                       'of m/s and degrees of bank in a minute')
+                       help='turn the heading, to the right positive; balanced with the wake '
+                       'of the turn, which curves with it, as --pull-up is')
     group.add_argument('--bank', type=values.within(_BANK), metavar='DEG',
                        help='at this bank; without --turn or --sideslip the turn is found')
     group.add_argument('--coordinated', action='store_true',
@@ -59,8 +58,9 @@ def add(command: Command) -> argparse.ArgumentParser:
                        'engine, left:off; again for another one')
     group.add_argument('--throttle', type=values.within((0.0, 1.0)), metavar='X',
                        help='at this throttle, and the climb angle is found')
-    trim.add_argument('--plot', type=values.figure, metavar='FILE',
-                        help='draw it: PNG, SVG or PDF')
+    trim.add_argument('--plot', type=values.figure, nargs='?', metavar='FILE',
+                        const='trim.png',
+                        help='draw it: PNG, SVG or PDF (default trim.png)')
     solver.add_options(trim)
     return trim
 

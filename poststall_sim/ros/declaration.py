@@ -104,9 +104,16 @@ def follow(node: Node, *followed: Followed) -> None:
             if values:
                 yield index, values
 
+    def converted(parameter: Parameter) -> Parameter:
+        """Return a parameter as it came unless it has a number or a list of another type."""
+        if parameter.name not in by_name or parameter.value is None:
+            return parameter
+        value = _number(by_name[parameter.name][1], parameter.value)
+        # From an empty list alone a new one could not tell its type.
+        return parameter if value is parameter.value else Parameter(parameter.name, value=value)
+
     def convert(parameters: list[Parameter]) -> list[Parameter]:
-        return [Parameter(p.name, value=_number(by_name[p.name][1], p.value))
-                if p.name in by_name and p.value is not None else p for p in parameters]
+        return [converted(parameter) for parameter in parameters]
 
     def check(parameters: list[Parameter]) -> SetParametersResult:
         try:
@@ -183,7 +190,7 @@ def _number(field: dataclasses.Field, value: Any) -> Any:
     if field.metadata['any_length'] and (
             value is None or isinstance(value, (list, array.array)) and not len(value)):
         return list(field.default)
-    if isinstance(field.default, tuple) and isinstance(value, Sequence) and all(
+    if isinstance(field.default, tuple) and isinstance(value, Sequence) and len(value) and all(
             type(item) in (int, float) for item in value):
         return [float(item) for item in value]
     return value
@@ -253,6 +260,9 @@ def _check(kind: type, values: dict[str, Any]) -> None:
         elif entry['low'] is not None and not entry['low'] <= value <= entry['high']:
             raise ConfigError(f'parameter {entry["name"]}: must be from {entry["low"]:g} to '
                               f'{entry["high"]:g}, got {value}')
+        elif entry['least_on'] is not None and 0.0 < value < entry['least_on']:
+            raise ConfigError(f'parameter {entry["name"]}: must be 0 or at least '
+                              f'{entry["least_on"]:g}, got {value}')
 
 
 def _warn_of_strangers(node: Node, kinds: tuple[type, ...], given: dict[str, Any]) -> None:

@@ -161,11 +161,15 @@ class Health:
             f'failed: {values["failed"]}' if failed else 'none has failed', values)
 
     def commands(self, desk: CommandDesk, time_ns: int, source_asked: str,
-                 repeated: int) -> Condition:
-        """Say who flies, and what was not obeyed; repeated : commands sent again in lock-step."""
+                 repeated: int, dropped: int) -> Condition:
+        """
+        Say who flies, and what was not obeyed.
+
+        repeated : commands sent again in lock-step; dropped : messages that rclpy stumbled over.
+        """
         age = desk.age(time_ns)
         bad = (sum(self.refused.values()) + self.refused_states + self.unknown_names
-               + desk.clamped)
+               + desk.clamped + dropped)
         news = bad > self._refused_before
         self._refused_before = bad
         flown = {Source.NONE: 'nobody commands', Source.SUM: 'pilot and autopilot fly'}.get(
@@ -175,7 +179,7 @@ class Health:
             'age_s': -1.0 if age is None else age, 'engaged': desk.engaged,
             'accepted': desk.accepted, 'beyond_limits': desk.clamped,
             'unknown_names': self.unknown_names, 'refused_states': self.refused_states,
-            'repeated_in_lockstep': repeated}
+            'repeated_in_lockstep': repeated, 'dropped_by_rclpy': dropped}
         values.update({refusal.value: count for refusal, count in self.refused.items()})
         return Condition(
             Level.WARN if news else Level.OK, f'{self._name}: commands',

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING
 
 from geometry_msgs.msg import PoseWithCovarianceStamped, Vector3Stamped
@@ -35,13 +36,14 @@ class Inbox:
         self._buttons, self._lever = joy.Buttons(), joy.Lever()
         self.turns = Turns()
         self._commands = [
-            self._listen(topic, JointState,
-                         lambda message, source=source: self._on_joints(source, message))
+            (topic, self._listen(topic, JointState,
+                                 lambda message, source=source: self._on_joints(source, message)))
             for topic, source in ((inlets.AUTOPILOT, Source.AUTOPILOT),
                                   (inlets.PILOT, Source.PILOT))]
-        self._commands.append(self._listen(inlets.SURFACES, Float64MultiArray, self._on_array))
+        self._commands.append((inlets.SURFACES, self._listen(
+            inlets.SURFACES, Float64MultiArray, self._on_array)))
         if node.settings.joy_enabled:
-            self._commands.append(self._listen(inlets.JOY, Joy, self._on_joy))
+            self._commands.append((inlets.JOY, self._listen(inlets.JOY, Joy, self._on_joy)))
         self._listen(inlets.WIND, Vector3Stamped, self._on_wind)
         self._listen(inlets.INITIAL_POSE, PoseWithCovarianceStamped, self._on_initial_pose)
         self._listen(inlets.SET_STATE, Odometry, self._on_state)
@@ -52,16 +54,23 @@ class Inbox:
 
     def hear_commands(self) -> None:
         """
-        Take all commands that have arrived, in order.
+        Take the commands that have arrived, in order, of each topic a history at most.
 
         An executor brings one of each topic at a turn; where a turn flies many steps, what waits
-        behind it would grow old.
+        behind it would grow old. Who sends more than can be read must not keep the step from being
+        taken: half of what it lasts, and the message begun, goes to a topic, no more.
         """
-        for subscription in self._commands:
+        for topic, subscription in self._commands:
+            until_ns = time.monotonic_ns() + self._node.flight.dt_ns // 2
             with subscription.handle:
-                while (taken := subscription.handle.take_message(
-                        subscription.msg_type, subscription.raw)) is not None:
+                for _ in range(topic.qos.depth):
+                    taken = subscription.handle.take_message(
+                        subscription.msg_type, subscription.raw)
+                    if taken is None:
+                        break
                     subscription.callback(taken[0])
+                    if time.monotonic_ns() > until_ns:
+                        break
 
     def _on_joints(self, source: Source, message: JointState) -> None:
         try:
@@ -88,11 +97,14 @@ class Inbox:
 
     def _on_joy(self, message: Joy) -> None:
         node = self._node
-        for name in self._buttons.pressed(message, node.settings):
-            done, text = {'pause': lambda: node.operations.pause(not node.paused),
-                          'reset': node.operations.reset, 'trim': node.operations.trim}[name]()
-            node.get_logger().info(f'joy: {name}: {"" if done else "refused: "}{text}')
         try:
+            # Of a message that is refused no button acts either.
+            joy.positions(message, node.settings, node.desk.trim)
+            for name in self._buttons.pressed(message, node.settings):
+                done, text = {'pause': lambda: node.operations.pause(not node.paused),
+                              'reset': node.operations.reset,
+                              'trim': node.operations.trim}[name]()
+                node.get_logger().info(f'joy: {name}: {"" if done else "refused: "}{text}')
             # A stick lives in wall time: its stamps say nothing of the flight's.
             self._receive(Source.PILOT, joy.commands_from_joy(
                 message, node.settings, node.desk.trim, self._lever), None, turn=False)

@@ -34,13 +34,9 @@ class Lever:
         return self._moved
 
 
-def commands_from_joy(message: Any, settings: JoySettings, trim: Mapping[str, float],
-                      lever: Lever) -> dict[str, float]:
+def positions(message: Any, settings: JoySettings, trim: Mapping[str, float]) -> dict[str, float]:
     """
-    Return the commands of a stick by name [rad; throttle 0..1].
-
-    trim : of all controls that there are. A stick in the middle is trim; so is a lever of the
-    throttle, whose ends are none and all, whatever trim is.
+    Return where the axes are by which controls there are, of `STICKS`, are moved.
 
     Raises
     ------
@@ -48,7 +44,7 @@ def commands_from_joy(message: Any, settings: JoySettings, trim: Mapping[str, fl
         When an axis that is used is missing or not a finite number.
 
     """
-    commands = {}
+    found = {}
     for name in STICKS:
         axis = getattr(settings, f'joy_{name}')
         if axis < 0 or name not in trim:
@@ -59,11 +55,24 @@ def commands_from_joy(message: Any, settings: JoySettings, trim: Mapping[str, fl
         if not math.isfinite(message.axes[axis]):
             raise RefusedCommand(
                 Refusal.NOT_FINITE, f'axis {axis} is {message.axes[axis]}, not a finite number')
-        way = getattr(settings, f'joy_{name}_scale') * _beyond(
-            message.axes[axis], settings.joy_deadband)
+        found[name] = message.axes[axis]
+    return found
+
+
+def commands_from_joy(message: Any, settings: JoySettings, trim: Mapping[str, float],
+                      lever: Lever) -> dict[str, float]:
+    """
+    Return the commands of a stick by name [rad; throttle 0..1].
+
+    trim : of all controls that there are. A stick in the middle is trim; so is a lever of the
+    throttle, whose ends are none and all, whatever trim is. Raises what `positions` raises.
+    """
+    commands = {}
+    for name, position in positions(message, settings, trim).items():
+        way = getattr(settings, f'joy_{name}_scale') * _beyond(position, settings.joy_deadband)
         if name != THROTTLE:
             commands[name] = trim[name] + way
-        elif lever.moved(message.axes[axis], settings.joy_deadband):
+        elif lever.moved(position, settings.joy_deadband):
             commands[name] = trim[name] + way * (1.0 - trim[name] if way > 0.0 else trim[name])
     return commands
 

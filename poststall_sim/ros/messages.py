@@ -168,6 +168,12 @@ def nanoseconds(stamp: Any) -> int:
     return stamp.sec * 1_000_000_000 + stamp.nanosec
 
 
+def clock_time(message: Any) -> int | None:
+    """Return the time [ns] of a /clock, None for one before 0 or beyond what a stamp can hold."""
+    time_ns = nanoseconds(message.clock)
+    return time_ns if 0 <= time_ns < 2**31 * 1_000_000_000 else None
+
+
 def vector(message: Any, what: str, greatest: float) -> FloatArray:
     """
     Return a geometry_msgs/Vector3 or Point as (3,).

@@ -13,7 +13,8 @@ class Pacer:
     max_steps; debt beyond that is forgiven (the schedule moves on) and counted as lost time,
     so that simulated time only ever advances by dt. A factor of 0 means as fast as possible:
     max_steps at every wake. A step is late when it runs more than max(2 dt, 20 ms) after it
-    was due. Only steps that were taken, as `stepped` is told, are counted.
+    was due. Only steps that were taken, as `stepped` is told, are counted. Parts of a step that
+    are owed are never lost but for a `stop`.
     """
 
     LATE_NS = 20_000_000
@@ -39,6 +40,30 @@ class Pacer:
         """Stop counting wall time; the first wake after this starts a new schedule."""
         self._start_ns = None
 
+    def forgive(self, now_ns: int) -> None:
+        """Count what is owed at a wall time as lost, instead of making it up."""
+        if self._start_ns is not None and self.factor > 0.0:
+            self._done += self._lose(math.floor(self._owed(now_ns)))
+
+    def change(self, factor: float, now_ns: int) -> None:
+        """Go on at another factor; what is owed at this wall time stays so."""
+        if self._start_ns is None or 0.0 in (self.factor, factor):
+            self.stop()
+        else:
+            self._start_ns = now_ns - round(self._owed(now_ns) * self.dt_ns / factor)
+            self._done = self._taken = 0
+        self.factor = factor
+
+    def _owed(self, now_ns: int) -> float:
+        """Return how many steps the schedule is behind a wall time."""
+        return (now_ns - self._start_ns) / (self.dt_ns / self.factor) - self._done
+
+    def _lose(self, steps: int) -> int:
+        """Count steps as lost and return how many."""
+        self.lost_ns += steps * self.dt_ns
+        self.lost_wall_ns += round(steps * self.dt_ns / self.factor)
+        return steps
+
     def due(self, now_ns: int) -> int:
         """Return how many steps to take at wall time [ns of a steady clock]."""
         if self._start_ns is None:
@@ -48,10 +73,9 @@ class Pacer:
         self._seen_ns = now_ns
         if self.factor == 0.0:
             return self.max_steps
-        owed = math.floor((now_ns - self._start_ns) / (self.dt_ns / self.factor)) - self._done
+        owed = math.floor(self._owed(now_ns))
         granted = min(owed, self.max_steps)
-        self.lost_ns += (owed - granted) * self.dt_ns
-        self.lost_wall_ns += round((owed - granted) * self.dt_ns / self.factor)
+        self._lose(owed - granted)
         self._taken = self._done
         self._done += owed
         return granted

@@ -12,6 +12,7 @@ from poststall_sim.aero.schemes import Scheme
 from poststall_sim.aero.separation import Separation
 from poststall_sim.aero.wake import Shape
 from poststall_sim.aero.wash import Precision
+from poststall_sim.sensors import LEAST_RATE
 from poststall_sim.topics import SIMULATED, Rate, Switch
 
 _AERO = models.Settings()
@@ -19,11 +20,13 @@ _AERO = models.Settings()
 
 def entry(name: str, default: Any, description: str, *, low: float | None = None,
           high: float | None = None, choices: tuple[str, ...] = (),
-          writable: bool = False, any_length: bool = False, constraints: str = '') -> Any:
+          writable: bool = False, any_length: bool = False, constraints: str = '',
+          least_on: float | None = None) -> Any:
     """
     Return a dataclass field that is a parameter: its ROS name, default, description, range.
 
-    constraints : in words, where choices and ranges do not say what it may be.
+    constraints : in words, where choices and ranges do not say what it may be; least_on : the
+    least value but 0, which is off.
 
     A writable one can be changed while the node runs; the others are read-only. A list has as
     many values as its default unless it may have any_length; its default is never empty, for ROS
@@ -32,13 +35,14 @@ def entry(name: str, default: Any, description: str, *, low: float | None = None
     return dataclasses.field(default=default, metadata={
         'name': name, 'description': description, 'low': low, 'high': high,
         'choices': choices, 'writable': writable, 'any_length': any_length,
-        'constraints': constraints})
+        'constraints': constraints, 'least_on': least_on})
 
 
 def rate_entry(rate: Rate, what: str, *, low: float = 0.0, high: float = 10000.0) -> Any:
     """Return a dataclass field that is the rate of some topics."""
     return entry(rate.parameter, rate.default, f'Rate [Hz of {rate.counts}] of {what}',
-                 low=low, high=high)
+                 low=low, high=high, least_on=LEAST_RATE,
+                 constraints='' if low else f'0 or at least {LEAST_RATE:g}')
 
 
 def switch_entry(switch: Switch, what: str) -> Any:

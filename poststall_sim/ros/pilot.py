@@ -74,7 +74,9 @@ class PilotNode(Node):
         self._airspeed = message.data
 
     def _on_clock(self, message: ClockMessage) -> None:
-        time_ns = message.clock.sec * 1_000_000_000 + message.clock.nanosec
+        time_ns = messages.clock_time(message)
+        if time_ns is None:
+            return   # nobody's simulated time, and no stamp of a command
         if self._start_ns is not None and self._now_ns is not None and time_ns < self._now_ns:
             self.get_logger().info('simulated time jumped back: the scenario begins anew')
             self._start_ns, self._done = time_ns, False

@@ -5,21 +5,32 @@
 import signal
 import sys
 import threading
+import traceback
+from collections import Counter
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor, await_or_execute
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from poststall_sim.aircraft import ConfigError
+from poststall_sim.reader import plain
 from poststall_sim.threads import one_blas_thread
 
 BAD_INPUT = 2
 """Exit code of a process that was given what it cannot use."""
 
 _asked = threading.Event()
+_dropped: Counter[str] = Counter()
+_OURS = str(Path(__file__).parents[1])
+
+
+def dropped() -> int:
+    """Return how many messages rclpy itself has stumbled over; each was dropped."""
+    return _dropped.total()
 
 
 def ending() -> bool:
@@ -78,7 +89,9 @@ def run(name: str, make: Callable[[], Node], args: list[str] | None = None, *,
 
     A node ends itself by setting its ``exit_code``. Signals are handled here and not by rclpy,
     which would close the context under a callback that is just publishing. A `ConfigError`
-    while the node is made is one line in the log and `BAD_INPUT`.
+    while the node is made is one line in the log and `BAD_INPUT`. What rclpy raises over a
+    message that it handles by itself, a request for parameters or a /clock, ends no node; an
+    exception that has passed code of ours does, with its traceback: what it leaves is unknown.
     """
     signals = _Signals()
     one_blas_thread()
@@ -90,7 +103,12 @@ def run(name: str, make: Callable[[], Node], args: list[str] | None = None, *,
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         while rclpy.ok() and not ending() and getattr(node, 'exit_code', None) is None:
-            executor.spin_once(timeout_sec=patience)
+            try:
+                executor.spin_once(timeout_sec=patience)
+            except Exception as error:
+                if not _of_rclpy_alone(error):
+                    raise
+                _drop(node, error)
     except KeyboardInterrupt:
         signals.built()
     except ConfigError as error:
@@ -108,3 +126,22 @@ def run(name: str, make: Callable[[], Node], args: list[str] | None = None, *,
         rclpy.try_shutdown()
         signals.ended()
     return getattr(node, 'exit_code', None) or 0
+
+
+def _of_rclpy_alone(error: Exception) -> bool:
+    """Tell whether an exception comes out of a callback that has nothing of ours in it."""
+    codes = [frame.f_code for frame, _ in traceback.walk_tb(error.__traceback__)]
+    if await_or_execute.__code__ not in codes:
+        return False   # waiting or taking itself has failed: the next turn would do no better
+    called = codes[codes.index(await_or_execute.__code__) + 1:]
+    return not any(code.co_filename.startswith(_OURS) for code in called)
+
+
+def _drop(node: Node, error: Exception) -> None:
+    """Count a message that rclpy stumbled over; of each place where it does, one is logged."""
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    kind = f'{type(error).__name__} in {Path(place.filename).name} {place.lineno}'
+    if not _dropped[kind]:
+        node.get_logger().error(
+            f'rclpy cannot handle a message, it is dropped: {kind}: {plain(str(error))}')
+    _dropped[kind] += 1

@@ -189,7 +189,13 @@ class SimulatorNode(Node):
 
     def _on_clock(self, message: ClockMessage) -> None:
         """Follow the clock of another; where it alone jumps back, begin again."""
-        if self._follower.heard(messages.nanoseconds(message.clock)):
+        clock_ns = messages.clock_time(message)
+        if clock_ns is None:
+            self.get_logger().warning(
+                f'/clock refused: {message.clock.sec} s is no simulated time',
+                throttle_duration_sec=1)
+            return
+        if self._follower.heard(clock_ns):
             if self.count_publishers(self.resolve_topic_name(topics.CLOCK.name)) > 1:
                 return   # which of them is right? the diagnostics say that there are several
             self.get_logger().warning('/clock jumped back: the flight begins again')
@@ -265,7 +271,7 @@ class SimulatorNode(Node):
     def jumped(self) -> None:
         """Go on from a state or a time that does not follow from the one before, and show it."""
         self.inbox.turns.forget()
-        self._pacer.stop()
+        self._pacer.forgive(time.monotonic_ns())
         self._publish_all()
 
     def _pause(self, paused: bool) -> None:
@@ -301,10 +307,11 @@ class SimulatorNode(Node):
                           else messages.fill(message, values))
 
     def _publish_all(self) -> None:
-        """Publish every topic of the present snapshot."""
+        """Publish every topic of the present snapshot, what is said once only at first."""
         self._schedule.due(self.flight.snapshot.time_ns)
         for topic in self._outlets:
-            self._publish(topic)
+            if topic.rate is not Rate.ONCE or topic not in self._shown_ns:
+                self._publish(topic)
 
     def _tend(self) -> None:
         """While time stands, repeat /clock and show new subscribers the present state."""
@@ -339,7 +346,7 @@ class SimulatorNode(Node):
                 health.controls(snapshot, self.layout,
                                 failure_reader.words(self.flight.failures)),
                 health.commands(self.desk, snapshot.time_ns, self.settings.command_source,
-                                self.inbox.turns.repeated)])))
+                                self.inbox.turns.repeated, process.dropped())])))
 
     def _waits_for(self) -> str:
         """Return what time waits for in lock-step, or nothing."""
@@ -360,8 +367,7 @@ class SimulatorNode(Node):
     def _on_settings(self, settings: SimulatorSettings, named: frozenset[str]) -> None:
         before, self.settings = self.settings, settings
         if settings.real_time_factor != before.real_time_factor:
-            self._pacer.factor = settings.real_time_factor
-            self._pacer.stop()
+            self._pacer.change(settings.real_time_factor, time.monotonic_ns())
             self._wake_timer.timer_period_ns = round(self._wake_period() * 1e9)
         self.flight.failed_engines = engine_failures.names(settings.engine_failures)
         if settings.decambering_enabled != before.decambering_enabled:

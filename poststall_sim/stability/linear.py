@@ -115,17 +115,25 @@ def linearise(model: Model, onset: Onset, deflections: FloatArray, aero: AeroRes
     length = float(np.linalg.norm(row_G))
     rows = model.wake_rows(length) if rows is None else rows
 
-    phi = (boundary.angles @ lattice.turn) \
-        + (aero.strips.delta - lattice.zero_lift)[lattice.panel_strip]
+    theta = (aero.strips.delta - lattice.zero_lift)[lattice.panel_strip]
+    phi = boundary.angles @ lattice.turn + theta
+    # As in `boundary_condition`: theta turns what a slant brings in from the side as well.
+    upright, aside = (f(boundary.angles @ lattice.slant)[:, None] for f in (np.cos, np.sin))
+    span_axis = np.cross(lattice.normal, lattice.tangent)
+    faded = np.cos(theta)[:, None] * span_axis
     air, air_nu = onset.at(model.collocation_arm), passing_rate(model.collocation_arm)
     cosine, sine = np.cos(phi)[:, None], np.sin(phi)[:, None]
-    across = cosine * lattice.normal + sine * lattice.tangent
-    turned = np.sum(air * (cosine * lattice.tangent - sine * lattice.normal), axis=1)
+    level = cosine * lattice.normal + sine * lattice.tangent
+    across = upright * level - aside * faded
+    turned = np.sum(air * upright * (cosine * lattice.tangent - sine * lattice.normal), axis=1)
+    slanted = -np.sum(air * (aside * level + upright * faded), axis=1)
     onset_rate = np.einsum('ic,icm->im', across, air_nu)
     turn = np.zeros((lattice.panels, lattice.strips))
-    turn[np.arange(lattice.panels), lattice.panel_strip] = turned
+    turn[np.arange(lattice.panels), lattice.panel_strip] = turned + np.sin(theta) \
+        * np.sum(air * aside * span_axis, axis=1)
     moved = lattice.angle_rate(deflections)
-    flap = turned[:, None] * (lattice.turn.T @ moved)
+    flap = turned[:, None] * (lattice.turn.T @ moved) \
+        + slanted[:, None] * (lattice.slant.T @ moved)
 
     strength = aero.circulation[lattice.te_panel]
     nodes = np.empty((rows + 2, *lattice.wake_nodes.shape))
