@@ -3,7 +3,7 @@
 """Failures out of words, ``aileron_right:stuck=-5``, and of scenario files. Angles in degrees."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.failures import Failure, Kind
@@ -35,9 +35,13 @@ def failure(word: str) -> tuple[str, Failure]:
 
 def failures(words: Sequence[str]) -> dict[str, Failure]:
     """Return failures by name; a name stands once."""
+    return by_name(map(failure, words))
+
+
+def by_name(given: Iterable[tuple[str, Failure]]) -> dict[str, Failure]:
+    """Return failures with their names by name; a name stands once."""
     found: dict[str, Failure] = {}
-    for word in words:
-        name, each = failure(word)
+    for name, each in given:
         if name in found:
             raise ConfigError(f'{name} fails twice')
         found[name] = each

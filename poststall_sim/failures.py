@@ -1,7 +1,7 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Failures of movable parts: stuck, floating or lost, whatever their controls are told.
+Failures of movable parts, stuck, floating or lost whatever they are told, and engines off.
 
 * STUCK: the part stays where it is, or at a given angle.
 * FLOATING: nothing holds it, and it goes where its hinge carries no moment. By thin-airfoil
@@ -9,6 +9,7 @@ Failures of movable parts: stuck, floating or lost, whatever their controls are 
   `flaps.floating_ratio`; it is that of the last step, with the wash on the surface in it. The part
   has no inertia, no balance and no friction, and stops at the end of its travel.
 * LOST: it has no effect, as if it stood at neutral.
+* OFF: an engine does not work, and has no throttle.
 """
 
 import enum
@@ -23,11 +24,12 @@ from poststall_sim.frames import FloatArray
 
 
 class Kind(enum.Enum):
-    """In which way a part fails."""
+    """In which way a part fails, or an engine."""
 
     STUCK = 'stuck'
     FLOATING = 'float'
     LOST = 'lost'
+    OFF = 'off'
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,16 +56,22 @@ def of_parts(aircraft: Aircraft, failures: Mapping[str, Failure]) -> Failed:
     """
     Return the failures by part of failures by name: of a part, or of a control for all it moves.
 
-    A control is stuck at a deflection of its own, a part at its angle, trailing edge down.
+    A control is stuck at a deflection of its own, a part at its angle, trailing edge down. Engines
+    that are off are no parts, but must be there.
     """
+    aircraft.require_engines(engines_off(failures))
     failed: list[Failure | None] = [None] * len(aircraft.movables)
     for name, failure in failures.items():
+        if failure.kind is Kind.OFF:
+            continue
         parts = [k for k, part in enumerate(aircraft.movables) if name in part.names]
         gains = [1.0] * len(parts)
         if name in aircraft.control_names:
             column = aircraft.mixing[:, aircraft.control_names.index(name)]
             parts = [k for k, gain in enumerate(column) if gain]
             gains = [float(column[k]) for k in parts]
+        if not parts and name in aircraft.engine_names:
+            raise ConfigError(f'{name} is an engine: it fails as {name}:off')
         if not parts:
             raise ConfigError(f'nothing is named {name!r} that could fail, there are '
                               f'{", ".join(names(aircraft)) or "no controls"}')
@@ -80,6 +88,17 @@ def of_parts(aircraft: Aircraft, failures: Mapping[str, Failure]) -> Failed:
                     f'{math.degrees(high):g} deg, it cannot be stuck at '
                     f'{math.degrees(failed[k].angle):g}')
     return tuple(failed)
+
+
+def engines_off(failures: Mapping[str, Failure]) -> frozenset[str]:
+    """Return the names of the engines that failures by name turn off."""
+    return frozenset(name for name, failure in failures.items() if failure.kind is Kind.OFF)
+
+
+def dead(aircraft: Aircraft, failed: Failed) -> list[str]:
+    """Return the names of the controls that move nothing any more, since all they move failed."""
+    return [name for name, column in zip(aircraft.control_names, aircraft.mixing.T)
+            if column.any() and all(failed[k] for k in np.flatnonzero(column))]
 
 
 def names(aircraft: Aircraft) -> list[str]:

@@ -250,6 +250,11 @@ def model_area(model: Model, strips: slice) -> float:
     return float(np.sum(lattice.strip_chord[strips] * lattice.strip_width[strips]))
 
 
+def fitted(aircraft: Aircraft, scenario: Scenario) -> Scenario:
+    """Return a scenario as an aircraft flies it: one without engines leaves out the throttle."""
+    return scenario if aircraft.engines else scenario.without(topics.THROTTLE)
+
+
 def require_controls(aircraft: Aircraft, scenario: Scenario) -> None:
     """Refuse a scenario that moves what the aircraft does not have, too far or after the end."""
     limits = {each.name: each.limits for each in aircraft.controls}

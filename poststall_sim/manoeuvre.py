@@ -13,16 +13,17 @@ it, and loads the wings otherwise; `turning` has the flights that are in balance
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.optimize import brentq, least_squares, root
+from scipy.optimize import brentq, least_squares, minimize_scalar, root
 
+from poststall_sim import failures, propulsion
 from poststall_sim import trim as trims
 from poststall_sim.aero.model import Model
-from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
+from poststall_sim.failures import Failure, Kind
 from poststall_sim.frames import GRAVITY, FloatArray
 from poststall_sim.state import Controls, Status
 from poststall_sim.trim import ACCEPTED, ALL_WORK, Trim, balance
@@ -54,8 +55,9 @@ class Task:
     airspeed [m/s]; alpha, climb_angle, beta, bank [rad]; throttle 0..1; turn_rate : of the
     heading, right positive, pull_rate : of pitch beyond that, at the lowest point of a pull-up
     [rad/s]; coordinated : no side force is felt; held : deflections [rad] of controls that do not
-    move, stuck or set, by name; failed : names of engines that do not work. A beta of None is 0
-    where the other unknowns are enough.
+    move, stuck or set, by name; failed : names of engines that do not work; failures : of parts,
+    controls and engines, by name, what is stuck with its angle. A beta of None is 0 where the
+    other unknowns are enough.
     """
 
     airspeed: float | None = None
@@ -69,6 +71,7 @@ class Task:
     coordinated: bool = False
     held: Mapping[str, float] = field(default_factory=dict)
     failed: frozenset[str] = ALL_WORK
+    failures: Mapping[str, Failure] = field(default_factory=dict)
 
 
 def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = None,
@@ -81,25 +84,30 @@ def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = No
     Raises `ConfigError` for a task with too many or too few unknowns.
     """
     aircraft = model.aircraft
+    parts = failures.of_parts(aircraft, task.failures)
+    dead = failures.dead(aircraft, parts)
+    task = _without(task, dead)
     known, unknown = _unknowns(model, task)
     bounds = _BOUNDS | {control.name: control.limits for control in aircraft.controls}
     low, high = (np.array([bounds[name][side] for name in unknown]) for side in (0, 1))
     tight, air = trims.tight(model), model.atmosphere.at(altitude)
     density = air.density
     delta = None if start is None else start.aero.strips.delta
-    last: dict[str, AeroResult] = {}
+    last: dict[str, Trim] = {}
 
     def flown(x: FloatArray) -> Trim:
         value = known | dict(zip(unknown, map(float, x)))
         deflections = np.array([value.get(name, 0.0) for name in aircraft.control_names])
+        before = last.get('flown')
         found = Trim(
             airspeed=value['airspeed'], alpha=value['alpha'], climb_angle=value['climb_angle'],
             controls=Controls(deflections, value['throttle']), residual=np.empty(6),
             aero=None, status=Status.NOT_CONVERGED, message='', beta=value['beta'],
-            bank=value['bank'], turn_rate=value['turn_rate'], pull_rate=task.pull_rate)
+            bank=value['bank'], turn_rate=value['turn_rate'], pull_rate=task.pull_rate,
+            angles=before and before.angles)
         found = replace(found, push=trims.pushed(model, found, density, task.failed))
-        found = trims.in_air(tight, found, air, last['aero'].strips.delta if last else delta)
-        last['aero'] = found.aero
+        found = last['flown'] = trims.in_air(
+            tight, found, air, before.aero.strips.delta if before else delta, parts)
         return found if more is None else replace(found, aero=replace(
             found.aero, force_G=found.aero.force_G + more[:3],
             moment_G=found.aero.moment_G + more[3:]))
@@ -112,12 +120,50 @@ def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = No
     x = np.array([_guess(model, task, name, known, start, density) for name in unknown])
     # The unknowns of the first three balances alone, then all: an aircraft flown straight stays
     # symmetric, to the bit, where past the stall a search sideways would fall off the branch.
-    for moved in (slice(0, 3), slice(0, len(unknown))):
-        x = _searched(imbalance, x, moved, low, high)
-        if np.abs(imbalance(x)).max() <= ACCEPTED:
-            break
+    def search(x: FloatArray, low: FloatArray) -> FloatArray:
+        for moved in (slice(0, 3), slice(0, len(unknown))):
+            x = _searched(imbalance, x, moved, low, high)
+            if missing(x) <= ACCEPTED:
+                break
+        return x
+
+    def missing(x: FloatArray) -> float:
+        return float(np.abs(imbalance(x)).max())
+
+    first, x = x, search(x, low)
+    if missing(x) > ACCEPTED and 'throttle' in unknown:
+        # A propeller that the air turns answers to no throttle: a search that comes there stays.
+        k = unknown.index('throttle')
+        idle = propulsion.idle_throttle(aircraft, flown(x).airspeed, density, task.failed)
+        if x[k] <= idle + NEAR:
+            answering = np.where(np.arange(len(x)) == k, idle, low)
+            x = min(x, search(np.maximum(first, answering), answering), key=missing)
     found = replace(flown(x), residual=imbalance(x))
+    found = replace(found, controls=_shown(model, found, dead))
     return replace(found, **_judged(found, unknown, x, low, high))
+
+
+def _without(task: Task, dead: Sequence[str]) -> Task:
+    """Return the task without the controls that are dead, and the engines that are off."""
+    for name, failure in task.failures.items():
+        if failure.kind is Kind.STUCK and failure.angle is None:
+            raise ConfigError(f'{name}:stuck stays where it is, and a trim has no before: give '
+                              'the angle')
+    for name in dead:
+        if name in task.held:
+            raise ConfigError(f'{name} has failed and is held: give one of them')
+    return replace(task, held={**task.held, **dict.fromkeys(dead, 0.0)},
+                   failed=task.failed | failures.engines_off(task.failures))
+
+
+def _shown(model: Model, found: Trim, dead: Sequence[str]) -> Controls:
+    """Return the controls of a flight, dead ones at the deflection that their parts show."""
+    deflections = found.controls.deflections.copy()
+    for name in dead:
+        k = model.aircraft.control_names.index(name)
+        gains = model.aircraft.mixing[:, k]
+        deflections[k] = gains @ found.angles / (gains @ gains)
+    return replace(found.controls, deflections=deflections)
 
 
 def _searched(imbalance: Callable[[FloatArray], FloatArray], x: FloatArray, moved: slice,
@@ -235,23 +281,60 @@ def branches(model: Model, *, airspeed: float, altitude: float, alphas: FloatArr
         return trims.powered(model, alpha=alpha, altitude=altitude, climb_angle=climb_angle,
                              delta0=delta0)
 
+    def gap(alpha: float, delta0: FloatArray) -> float:
+        return at(alpha, delta0).airspeed - airspeed
+
     found: list[Trim] = []
     on_the_way_up: dict[float, float] = {}
-    before: Trim | None = None
+    run: list[Trim] = []   # of neighbours, on one way, without a gap
     for alpha in [*alphas, *alphas[::-1]]:
-        delta0 = None if before is None else before.aero.strips.delta
-        here = at(float(alpha), delta0)
+        here = at(float(alpha), run[-1].aero.strips.delta if run else None)
         told()
+        turns_back = run and here.alpha == run[-1].alpha
+        run = [*([] if turns_back else run[-2:]), here] if _followed(here) else []
         same = [abs(on_the_way_up.setdefault(each.alpha, each.airspeed) - each.airspeed)
-                < SAME * airspeed for each in (before, here) if each is not None]
-        passed = before is not None and here.status is Status.CONVERGED \
-            and (here.airspeed - airspeed) * (before.airspeed - airspeed) <= 0.0
-        if passed and (here.alpha > before.alpha or here.alpha < before.alpha and not all(same)):
-            crossing = brentq(lambda a, start: at(a, start).airspeed - airspeed, before.alpha,
-                              here.alpha, args=(delta0,), xtol=1e-10)
-            trim = at(crossing, delta0)
+                < SAME * airspeed for each in run]
+        if len(run) < 2 or run[-1].alpha < run[-2].alpha and all(same):
+            continue
+        for low, high, delta0 in _brackets(gap, run, airspeed):
+            trim = at(brentq(gap, low, high, args=(delta0,), xtol=1e-10), delta0)
             if trim.status is Status.CONVERGED and all(
                     abs(trim.alpha - other.alpha) > SAME for other in found):
                 found.append(trim)
-        before = here if here.status is Status.CONVERGED else None
     return sorted(found, key=lambda trim: trim.alpha)
+
+
+def _followed(found: Trim) -> bool:
+    """
+    Tell whether the forces of a flight balance, so that its airspeed means something.
+
+    Between a flight within the limits and one beyond them there may be a trim: they are for the
+    trim to keep, not for its neighbours.
+    """
+    forces = found.residual[:2 if len(found.residual) == 3 else 3]
+    return found.aero.status is Status.CONVERGED and float(np.abs(forces).max()) <= ACCEPTED
+
+
+def _brackets(gap: Callable[[float, FloatArray], float], run: Sequence[Trim],
+              airspeed: float) -> Iterator[tuple[float, float, FloatArray]]:
+    """
+    Yield angles of attack between which the last neighbours pass an airspeed, and a decambering.
+
+    gap (alpha, delta0) : of the airspeed to the one looked for. Where three neighbours bend
+    towards it without reaching it, what is between them may.
+    """
+    gaps = [each.airspeed - airspeed for each in run]
+    start = run[-2].aero.strips.delta
+    if gaps[-2] * gaps[-1] <= 0.0:
+        yield run[-2].alpha, run[-1].alpha, start
+        return
+    away = np.sign(gaps[-1]) * np.array(gaps)   # > 0 on the side of the neighbours
+    if len(run) < 3 or not 0.0 < away[1] <= min(away[0], away[2]) \
+            or away[1] > away[0] - 2.0 * away[1] + away[2]:
+        return   # no curve, and no corner, goes further beyond its nearest point than it bends
+    low, high = sorted((run[0].alpha, run[2].alpha))
+    turning = minimize_scalar(lambda alpha: math.copysign(1.0, gaps[-1]) * gap(alpha, start),
+                              bounds=(low, high), method='bounded', options={'xatol': 1e-4})
+    for end in (low, high):
+        if turning.fun <= 0.0 and gap(end, start) * gap(turning.x, start) <= 0.0:
+            yield end, turning.x, start

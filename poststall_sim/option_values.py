@@ -159,6 +159,18 @@ def some_of(names: Sequence[str]) -> Callable[[str], list[str]]:
     return read
 
 
+def failure(text: str):
+    """Return the name and the failures.Failure of NAME:KIND[=DEG]."""
+    from poststall_sim import failure_reader
+    from poststall_sim.aircraft import ConfigError
+    try:
+        if '@' in text:
+            raise ConfigError(f'a trim has no time, got {text!r}')
+        return failure_reader.failure(text)
+    except ConfigError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
 def fault(text: str):
     """Return the scenario.Fault of NAME:KIND[=DEG][@TIME], at 0 s without a time."""
     from poststall_sim.aircraft import ConfigError

@@ -15,10 +15,11 @@ of Flight, 3rd ed., 1996, sec. 4.6)
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import bisect, brentq
 
 from poststall_sim.aircraft import Aircraft
 from poststall_sim.engines import Coefficients, ElectricMotor, Engine, Propeller, ThrustTable
@@ -27,6 +28,8 @@ from poststall_sim.state import EngineReadings, EngineState
 
 _SAMPLES = 64
 """Shaft speeds at which a balance of torques is looked for."""
+_ANY = 0.01
+"""A throttle that engines answer to, if they answer to all."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,6 +105,29 @@ def balanced(aircraft: Aircraft, meeting: Meeting,
              failed: frozenset[str] = frozenset()) -> Push:
     """Return what all engines do with their shafts in balance and their batteries full."""
     return loads(aircraft, settled(aircraft, meeting), meeting, failed)
+
+
+def pull(aircraft: Aircraft, airspeed: float, density: float,
+         failed: frozenset[str] = frozenset()) -> Callable[[float], float]:
+    """Return the force forward [N] by throttle in flight straight ahead, shafts in balance."""
+    ahead = np.array([airspeed, 0.0, 0.0])
+    return lambda throttle: float(balanced(aircraft, Meeting(
+        ahead, np.zeros(3), density, throttles(aircraft, throttle, failed)), failed).force_B[0])
+
+
+def idle_throttle(aircraft: Aircraft, airspeed: float, density: float,
+                  failed: frozenset[str] = frozenset()) -> float:
+    """
+    Return the throttle up to which engines answer to none; 0 where they answer to all.
+
+    The air turns a propeller faster than its motor would: the controller passes no current back.
+    """
+    force = pull(aircraft, airspeed, density, failed)
+    closed, full = force(0.0), force(1.0)
+    least = closed + 1e-9 * abs(full - closed)
+    if force(_ANY) > least or full <= closed:
+        return 0.0
+    return bisect(lambda throttle: 1.0 if force(throttle) > least else -1.0, _ANY, 1.0, xtol=1e-6)
 
 
 def advance(aircraft: Aircraft, state: EngineState, meeting: Meeting, dt: float) -> EngineState:

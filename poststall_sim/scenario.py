@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A scenario: what the pilot does, as straight lines between points in simulated time."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,7 +41,7 @@ class Channel:
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """What fails at a time [s], by the name of a movable part or of a control, and how."""
+    """What fails at a time [s], by the name of a part, a control or an engine, and how."""
 
     time: float
     name: str
@@ -73,6 +73,15 @@ class Scenario:
         names = [channel.control for channel in self.channels]
         if len(set(names)) < len(names):
             raise ConfigError(f'scenario {self.name}: two channels move one control, {names}')
+
+    def moves(self, name: str) -> bool:
+        """Tell whether a control has a channel."""
+        return any(channel.control == name for channel in self.channels)
+
+    def without(self, name: str) -> 'Scenario':
+        """Return it without the channel of a control."""
+        return replace(self, channels=tuple(
+            channel for channel in self.channels if channel.control != name))
 
     def failures(self, time: float) -> dict[str, Failure]:
         """Return what has failed by a time [s], by name."""

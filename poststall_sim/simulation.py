@@ -62,8 +62,8 @@ class Flight:
     A model in flight: the present state, and the one it can go back to.
 
     ``weather`` may be set at any time. ``gusts`` may be set to what the air has more than that,
-    from place to place and time to time; it is not saved. ``failures`` by name of a part or a
-    control, and ``failed_engines``, may be set at any time, and stay through a reset.
+    from place to place and time to time; it is not saved. ``failures`` by name of a part, a
+    control or an engine, and ``failed_engines``, may be set at any time, and stay through a reset.
     ``carried_N`` [m] is how far the mean wind has gone where the aircraft is, ``began_ns`` the
     time when that was nothing. ``paused_reason`` is None, or says why the flight does not go on:
     ground contact (flat ground at altitude 0; there is no landing gear) or divergence, with the
@@ -83,8 +83,8 @@ class Flight:
         self.trim = limited(model.aircraft, controls)
         self.weather = weather
         self.gusts: Gusts | None = None
-        self.failed_engines = failed
         self.failures = {}
+        self.failed_engines = failed
         # Through the air: a reset in another wind is as trimmed as the start was.
         self._first = replace(
             body, velocity_B=air_velocity(body, weather.mean_N(body.altitude)))
@@ -102,8 +102,8 @@ class Flight:
 
     @property
     def failed_engines(self) -> frozenset[str]:
-        """Names of engines that do not work, which may be set: their throttle is 0."""
-        return self._failed_engines
+        """Names of engines that do not work, their throttle is 0; set beside `failures`."""
+        return self._failed_engines | failures.engines_off(self._failures)
 
     @failed_engines.setter
     def failed_engines(self, names: frozenset[str]) -> None:
@@ -123,7 +123,7 @@ class Flight:
     @property
     def _failed(self) -> dict:
         """What has failed, as `begin` and `step` are told."""
-        return {'failed_engines': self._failed_engines, 'failed_parts': self._failed_parts}
+        return {'failed_engines': self.failed_engines, 'failed_parts': self._failed_parts}
 
     def reset(self, time_ns: int | None = None) -> Snapshot:
         """Go back to the first place and airspeed with a fresh wake; time goes on unless given."""

@@ -18,13 +18,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq, root
 
-from poststall_sim import propulsion, slipstream
+from poststall_sim import failures, propulsion, slipstream
 from poststall_sim.aero import solver
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.atmosphere import Air
 from poststall_sim.engines import Propeller
+from poststall_sim.failures import Failed
 from poststall_sim.frames import (
     GRAVITY,
     FloatArray,
@@ -57,7 +58,8 @@ class Trim:
     weight times chord, (3,), or of all three axes, (6,), where sideways balances were asked for;
     aero: the loads; push: what the engines do; status and message say whether it can be flown;
     beta, bank [rad]; turn_rate of the heading, pull_rate of pitch beyond it [rad/s]; turning : the
-    loads are those with a wake that curves with the path, see `turning`.
+    loads are those with a wake that curves with the path, see `turning`; angles (k,) of the
+    movable parts [rad], once it has loads.
     """
 
     airspeed: float
@@ -74,6 +76,7 @@ class Trim:
     pull_rate: float = 0.0
     push: Push | None = None
     turning: bool = False
+    angles: FloatArray | None = None
 
     @property
     def pitch(self) -> float:
@@ -113,6 +116,8 @@ SPEED_LIMIT, SAME_SPEED = 30, 1e-9
 """How often a glide's airspeed is put into its Reynolds numbers, and when that is enough."""
 TIGHT = 1e-9
 """Residual of the closure in a search: what it leaves must not pass for a change of balance."""
+FLOATING_LIMIT = 40
+"""How often a part that floats is put where the flow about it leaves it without a moment."""
 _LENGTHWAYS = [0, 2, 4]
 """X, Z and M among the six balances."""
 _SAMPLES = np.linspace(0.05, 1.0, 20)
@@ -141,12 +146,23 @@ def onset_of(model: Model, flown: Trim, density: float) -> Onset:
                  slipstream.blown(streams))
 
 
-def in_air(model: Model, trial: Trim, air: Air, delta0: FloatArray | None) -> Trim:
-    """Return a flight with the loads of the air."""
-    flown = model.at(trial.airspeed, air.kinematic_viscosity, trial.controls.deflections)
-    return replace(trial, aero=solver.steady(
-        flown, onset_of(model, trial, air.density), trial.controls.deflections,
-        density=air.density, delta0=delta0))
+def in_air(model: Model, trial: Trim, air: Air, delta0: FloatArray | None,
+           failed: Failed = ()) -> Trim:
+    """Return a flight with the loads of the air; failed : what has failed of each part."""
+    asked = model.lattice.angles(trial.controls.deflections)
+    free = asked if trial.angles is None else trial.angles
+    for _ in range(FLOATING_LIMIT):
+        angles = failures.angles(failed, asked, asked, free)
+        flown = model.at(trial.airspeed, air.kinematic_viscosity, trial.controls.deflections,
+                         angles)
+        aero = solver.steady(
+            flown, onset_of(model, trial, air.density), trial.controls.deflections,
+            density=air.density, delta0=delta0, angles=angles)
+        free = model.lattice.floating_angles(angles, aero.strips.alpha)
+        if np.abs(failures.angles(failed, asked, asked, free) - angles).max(initial=0.0) < TIGHT:
+            break
+        delta0 = aero.strips.delta
+    return replace(trial, aero=aero, angles=angles)
 
 
 def balance(model: Model, found: Trim) -> tuple[FloatArray, float]:
@@ -177,14 +193,9 @@ def first_throttle(model: Model, airspeed: float, density: float, failed: frozen
     """
     if not _propellers(model):
         return otherwise
-    aircraft, ahead = model.aircraft, np.array([airspeed, 0.0, 0.0])
-    wanted = aircraft.mass.mass * GRAVITY / 12.0
-    for throttle in map(float, _SAMPLES):
-        meeting = Meeting(ahead, np.zeros(3), density,
-                          propulsion.throttles(aircraft, throttle, failed))
-        if propulsion.balanced(aircraft, meeting, failed).force_B[0] > wanted:
-            return throttle
-    return 1.0
+    pull = propulsion.pull(model.aircraft, airspeed, density, failed)
+    wanted = model.aircraft.mass.mass * GRAVITY / 12.0
+    return next((each for each in map(float, _SAMPLES) if pull(each) > wanted), 1.0)
 
 
 def _propellers(model: Model) -> bool:

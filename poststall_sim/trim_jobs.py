@@ -12,7 +12,7 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
-from poststall_sim import jobs, manoeuvre, turning
+from poststall_sim import failure_reader, failures, jobs, manoeuvre, turning
 from poststall_sim import polar as polars
 from poststall_sim import trim as trims
 from poststall_sim.aero.model import Model
@@ -93,12 +93,17 @@ def manoeuvres(model: Model, tasks: Iterable[Task], *, altitude: float) -> Itera
             found = turning.steady(model, task, altitude=altitude)
         before = found if found.status is Status.CONVERGED else None
         row = trim_result(model, found, 'steady', altitude)
-        yield {**row, 'message': row['message'] + _advice(task, found)}
+        parts = failures.of_parts(model.aircraft, task.failures)
+        dead = failures.dead(model.aircraft, parts)
+        yield {**row, 'message': row['message'] + _advice(task, found, dead),
+               'failed': failure_reader.words(task.failures),
+               'failed_parts': {f'{part.name}_deg': math.degrees(angle) for part, gone, angle in
+                                zip(model.aircraft.movables, parts, found.angles) if gone}}
 
 
-def _advice(task: Task, missed: Trim) -> str:
+def _advice(task: Task, missed: Trim, dead: Sequence[str]) -> str:
     """Return what to try where a stuck elevator does not fly what is asked for."""
-    stuck = trims.PITCH_CONTROL in task.held and missed.status is not Status.CONVERGED
+    stuck = trims.PITCH_CONTROL in (*task.held, *dead) and missed.status is not Status.CONVERGED
     if not stuck or (task.airspeed is None and task.alpha is None):
         return ''
     return ('; with a stuck elevator flight along a line has hardly more than one airspeed and '

@@ -72,10 +72,11 @@ def _marched(model: Model, found: Trim, altitude: float, dt: float) -> Trim:
     air = model.atmosphere.at(altitude)
     body = BodyState(np.array([0.0, 0.0, -altitude]), found.velocity_B, found.rates_B, found.q_NB)
     flown = trims.tight(model).at(
-        found.airspeed, air.kinematic_viscosity, found.controls.deflections)
+        found.airspeed, air.kinematic_viscosity, found.controls.deflections, found.angles)
     _, aero = steady_motion.march(
         flown, trims.onset_of(model, found, air.density), placement(model.aircraft, body),
-        found.controls.deflections, density=air.density, dt=dt, delta0=found.aero.strips.delta)
+        found.controls.deflections, density=air.density, dt=dt, delta0=found.aero.strips.delta,
+        angles=found.angles)
     return replace(found, aero=aero)
 
 

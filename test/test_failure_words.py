@@ -31,7 +31,7 @@ def control(actuator=None, **effector):
 
 
 def test_words_and_failures_are_each_others_inverse():
-    words = ['elevator:stuck', 'aileron_right:stuck=-5', 'rudder:float', 'flap:lost']
+    words = ['elevator:stuck', 'aileron_right:stuck=-5', 'rudder:float', 'flap:lost', 'left:off']
     found = failure_reader.failures(words)
     assert found['aileron_right'] == Failure(Kind.STUCK, -5.0 * DEG)
     assert found['rudder'] == Failure(Kind.FLOATING)
@@ -40,7 +40,7 @@ def test_words_and_failures_are_each_others_inverse():
 
 @pytest.mark.parametrize(('word', 'message'), [
     ('elevator', 'a failure is NAME:KIND'), (':stuck', 'a failure is NAME:KIND'),
-    ('elevator:stock', 'must be one of stuck, float, lost; did you mean stuck'),
+    ('elevator:stock', 'must be one of stuck, float, lost, off; did you mean stuck'),
     ('elevator:stuck=up', 'the angle must be a number of degrees'),
     ('elevator:stuck=nan', 'the angle must be a number of degrees'),
     ('elevator:stuck=95', 'within -90 to 90 deg, got 95'),
@@ -56,6 +56,9 @@ def test_option_has_a_time():
     assert option_values.fault('elevator:stuck=-5@8.5') == Fault(
         8.5, 'elevator', Failure(Kind.STUCK, -5.0 * DEG))
     assert option_values.fault('rudder:float').time == 0.0
+    assert option_values.failure('rudder:float') == ('rudder', Failure(Kind.FLOATING))
+    with pytest.raises(argparse.ArgumentTypeError, match='a trim has no time'):
+        option_values.failure('rudder:lost@3')
     for word, message in (('rudder:float@soon', 'expected a number'),
                           ('rudder:float@-1', 'at least 0 s')):
         with pytest.raises(argparse.ArgumentTypeError, match=message):

@@ -20,7 +20,7 @@ from poststall_sim.simulation import Flight
 from poststall_sim.state import Controls
 
 DEG = math.radians(1.0)
-STUCK, FLOATING, LOST = (Failure(kind) for kind in Kind)
+STUCK, FLOATING, LOST, OFF = (Failure(kind) for kind in Kind)
 SERVO = Actuator(rate_limit=2.0, natural_frequency=40.0, damping=0.8, dead_time=0.017)
 
 
@@ -215,3 +215,29 @@ def test_scenario_fails_what_it_says_when_it_says(flight):
     wrong = dataclasses.replace(scenario, faults=(Fault(0.0, 'flap', LOST),))
     with pytest.raises(ConfigError, match="scenario faulty: nothing is named 'flap'"):
         jobs.require_controls(flight.model.aircraft, wrong)
+
+
+def test_scenario_turns_an_engine_off_when_it_says(started):
+    """As `failed_engines` does from then on, and no other engine's name or failure will do."""
+    dt = started.dt_ns * 1e-9
+    scenario = Scenario('engine out', 1.0, 12.0, 100.0,
+                        faults=(Fault(3 * dt, 'engine_1', OFF), Fault(5 * dt, 'rudder', LOST)))
+    jobs.require_controls(started.model.aircraft, scenario)
+    flight, other = (Flight.resumed(started.model, started.saved()) for _ in range(2))
+    thrust = []
+    for snapshot in jobs.fly(flight, scenario, 6 * dt):
+        if len(thrust) == 3:
+            other.failed_engines = frozenset({'engine_1'})
+        thrust.append(float(snapshot.thrust_B[0]))
+        assert np.array_equal(snapshot.thrust_B, other.step(other.trim).thrust_B)
+    assert min(thrust[:3]) > 1.0 and thrust[3:] == [0.0] * 3
+    assert flight.failed_engines == {'engine_1'} and set(flight.failures) == {'engine_1', 'rudder'}
+    again = Flight.resumed(flight.model, flight.saved())
+    assert again.failed_engines == {'engine_1'} and again.step(again.trim).thrust_B[0] == 0.0
+    flight.failures = {}
+    assert not flight.failed_engines
+    for name, failure, said in (('engine_1', LOST, 'an engine: it fails as engine_1:off'),
+                                ('rudder', OFF, "has no engine named 'rudder'")):
+        wrong = dataclasses.replace(scenario, faults=(Fault(0.0, name, failure),))
+        with pytest.raises(ConfigError, match=said):
+            jobs.require_controls(flight.model.aircraft, wrong)

@@ -7,12 +7,22 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import propellers
 import pytest
 
-from poststall_sim import cli, definition, manoeuvre, simulation, trim, trim_jobs
+from poststall_sim import (
+    cli,
+    definition,
+    manoeuvre,
+    propulsion,
+    simulation,
+    trim,
+    trim_jobs,
+)
 from poststall_sim.aero import model as models
 from poststall_sim.aero.model import Settings
 from poststall_sim.aircraft import ConfigError
+from poststall_sim.failures import Failure, Kind
 from poststall_sim.frames import GRAVITY, euler_from_quaternion, quaternion_rate, rotation
 from poststall_sim.manoeuvre import Task
 from poststall_sim.state import BodyState, Status
@@ -174,6 +184,43 @@ def test_an_airspeed_near_the_stall_has_two_trims_and_both_are_found(model):
                               alphas=np.radians([5.0, 17.0])) == []
 
 
+@pytest.mark.parametrize('airspeed, alphas, found', [
+    (8.81, (14.0, 16.0, 18.0, 20.0), (16.95, 17.95)),    # no angle of the search is below it
+    (9.5, (10.0, 12.0, 22.0, 24.0), (10.89, 23.54))])    # 1.06 of the throttle at 24 deg
+def test_no_trim_is_missed_between_two_angles_of_the_search(airspeed, alphas, found):
+    """
+    Near the least airspeed the two trims of one interval; and one beside a limit.
+
+    At 17 and at 18 deg level flight has 8.809 and 8.811 m/s, at 17.5 less: 8.81 is passed twice.
+    """
+    built = models.build(trainer())
+    trims = manoeuvre.branches(built, airspeed=airspeed, altitude=0.0, alphas=np.radians(alphas))
+    assert np.degrees([each.alpha for each in trims]) == pytest.approx(found, abs=0.01)
+    for each in trims:
+        assert each.status is Status.CONVERGED and 0.0 <= each.controls.throttle <= 1.0
+        level = trim.powered(built, alpha=each.alpha, altitude=0.0)
+        assert level.airspeed == pytest.approx(airspeed, abs=1e-6)
+
+
+@pytest.mark.parametrize('arm, aileron, message', [
+    (0.3, 7.0, 'trimmed'), (0.5, 8.0, '(forward), with rudder 25 deg at the limit')])
+def test_a_search_does_not_end_where_the_propellers_answer_to_no_throttle(
+        model, arm, aileron, message):
+    """Air turns a motor's propeller with any small throttle: no change tells which way to go."""
+    engines = tuple(propellers.propeller(
+        name=name, position_G=(-0.1, side * arm, 0.0), diameter=0.35, slipstream=True, swirl=True)
+        for name, side in (('left', -1.0), ('right', 1.0)))
+    twin = models.build(replace(model.aircraft, engines=engines), model.settings)
+    failed = frozenset({'right'})
+    density = twin.atmosphere.at(0.0).density
+    idle = propulsion.idle_throttle(twin.aircraft, 12.0, density, failed)
+    assert 0.1 < idle < trim.first_throttle(twin, 12.0, density, failed)
+    found = manoeuvre.steady(twin, Task(
+        airspeed=12.0, held={'aileron': math.radians(aileron)}, failed=failed), altitude=0.0)
+    assert found.message.endswith(message)
+    assert found.controls.throttle > idle + 0.1
+
+
 def stays(flight, found, seconds):
     while flight.snapshot.time < seconds:
         flight.step(found.controls)
@@ -192,6 +239,51 @@ def test_a_turn_stays_on_its_trim_where_its_wake_is_straight(model):
     """As in the trim; for one that lies in the air see `test_turning`."""
     found = steady(model, airspeed=15.0, turn_rate=TURN, coordinated=True)
     stays(begun(model, found, dt_ns=20_000_000), found, 6.0)
+
+
+@pytest.mark.parametrize('failed', [
+    {'aileron_right': Failure(Kind.STUCK, math.radians(5.0))},
+    {'elevator_left': Failure(Kind.LOST)}, {'rudder': Failure(Kind.STUCK, math.radians(3.0))}],
+    ids=['jammed aileron', 'half an elevator', 'jammed rudder'])
+def test_what_has_failed_is_trimmed_with_the_other_controls(model, failed):
+    """The flight that has failed so stays: to 1e-5 of g, as any trim."""
+    found = steady(model, airspeed=12.0, failures=failed)
+    flight = begun(model, found)
+    flight.failures = failed
+    snapshot = flight.reset()
+    assert np.degrees(snapshot.angles) == pytest.approx(np.degrees(found.angles), abs=1e-9)
+    assert snapshot.acceleration_B == pytest.approx(np.zeros(3), abs=1e-5 * GRAVITY)
+    assert snapshot.rate_change_B == pytest.approx(np.zeros(3), abs=1e-4)
+    whole = steady(model, airspeed=12.0)
+    assert np.abs(found.controls.deflections - whole.controls.deflections).max() > 1e-3
+
+
+def test_a_part_that_floats_stands_where_the_flight_lets_it_float(model):
+    failed = {'aileron_right': Failure(Kind.FLOATING)}
+    found = steady(model, airspeed=12.0, failures=failed)
+    right, left = found.angles[:2]
+    assert right == pytest.approx(left, abs=1e-6)   # nothing else keeps it from rolling
+    flight = begun(model, found)
+    flight.failures = failed
+    flight.reset()
+    for _ in range(6):
+        snapshot = flight.step(found.controls)
+    assert snapshot.angles == pytest.approx(found.angles, abs=math.radians(0.02))
+
+
+def test_a_dead_elevator_leaves_one_airspeed_and_shows_where_it_stands(model):
+    jammed = {'elevator': Failure(Kind.STUCK, math.radians(-3.0))}
+    found, held = steady(model, failures=jammed), steady(
+        model, held={'elevator': math.radians(-3.0)})
+    assert found.airspeed == pytest.approx(held.airspeed, rel=1e-9)
+    assert deflection(model, found, 'elevator') == pytest.approx(-3.0)
+    free = steady(model, failures={'elevator': Failure(Kind.FLOATING)})
+    assert deflection(model, free, 'elevator') == pytest.approx(math.degrees(free.angles[-2]))
+    for failed, held, said in (
+            ({'rudder': Failure(Kind.STUCK)}, {}, 'rudder:stuck stays where it is'),
+            (jammed, {'elevator': 0.0}, 'elevator has failed and is held: give one')):
+        with pytest.raises(ConfigError, match=said):
+            manoeuvre.steady(model, Task(failures=failed, held=held), altitude=ALTITUDE)
 
 
 def result(tmp_path, *words, code=0):
@@ -214,6 +306,12 @@ def test_command_line_asks_for_all_of_them(tmp_path, capsys, monkeypatch):
     assert stuck['controls']['elevator_deg'] == pytest.approx(-3.0)
     climbing, = result(tmp_path, '--alpha', '4', '--throttle', '1')
     assert climbing['climb_angle_deg'] > 5.0 and climbing['throttle'] == 1.0
+    jammed, = result(tmp_path, '--airspeed', '12', '--fail', 'aileron_right:stuck=5')
+    assert jammed['failed'] == ['aileron_right:stuck=5'] and jammed['trimmed']
+    assert jammed['failed_parts'] == {'aileron_right_deg': pytest.approx(5.0)}
+    assert jammed['controls']['aileron_deg'] > 4.0   # the left one goes down as well
+    gliding, = result(tmp_path, '--airspeed', '12', '--fail', 'engine_1:off')
+    assert gliding['throttle'] == 0.0 and gliding['climb_angle_deg'] < -2.0
     level = result(tmp_path, '--alpha', '4:20:8', '--climb', '0')
     assert [each['kind'] for each in level] == ['at alpha'] * 3
     assert all(each['sink_rate_m_s'] == pytest.approx(0.0, abs=1e-9) for each in level)
@@ -246,6 +344,9 @@ def test_a_stuck_elevator_at_a_given_airspeed_opens_the_climb_angle(tmp_path):
     (['--airspeed', '15', '--alpha', '4', '--turn', '5'], 'give one of them'),
     (['--airspeed', '15', '--hold', 'rudder=40'], 'rudder goes from -25 to 25 deg, got 40'),
     (['--airspeed', '15', '--hold', 'elevator=0', '--climb', '2'], 'leave another open'),
+    (['--airspeed', '15', '--hold', 'aileron_right=5'], '--fail aileron_right:stuck=5'),
+    (['--airspeed', '15', '--fail', 'engine_1:lost'], 'it fails as engine_1:off'),
+    (['--airspeed', '15', '--fail', 'rudder:lost', '--fail', 'rudder:float'], 'fails twice'),
     (['--airspeed', '15', '--hold', 'throttle=1'], 'is --throttle X, 0 to 1')])
 def test_options_that_do_not_go_together_are_refused(words, said, capsys):
     assert cli.main(['trim', *FEW, *words]) == 2

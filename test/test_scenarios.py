@@ -8,6 +8,7 @@ Numbers are those of a flight, rounded to what another integration of it would g
 """
 
 import dataclasses
+import json
 import math
 from dataclasses import dataclass
 from functools import cache
@@ -15,7 +16,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from poststall_sim import definition, jobs, polar, simulation, trim
+from poststall_sim import cli, definition, jobs, polar, simulation, trim
 from poststall_sim.aero import model as models
 from poststall_sim.frames import euler_from_quaternion, rotation
 from poststall_sim.polar import Condition
@@ -263,6 +264,23 @@ def held_into_a_spin(name, duration, recovered_from):
     if aircraft(name).engines:
         channels.append(Channel('throttle', ((1.0, 0.2), (2.0, 0.0)), False))
     return fly(Scenario('held', duration, 0.85 * AIRSPEED[name], 1500.0, tuple(channels)), name)
+
+
+@pytest.mark.parametrize('name, duration, alpha', [
+    ('stall_straight', 12.0, 20.0), ('spin', 9.0, 35.0)])
+def test_a_glider_flies_the_scenarios_without_the_throttle_that_it_has_not(
+        name, duration, alpha, tmp_path, capsys):
+    """On few panels: nine tenths of its wing stall, and after the straight stall it flies."""
+    path = tmp_path / 'flight.json'
+    assert cli.main(['fly', '--aircraft', 'glider', '--scenario', name, '--airspeed', '28',
+                     '--altitude', '1000', '--panels', '2', '--duration', str(duration),
+                     '--json', str(path)]) == 0
+    assert f'glider has no engine: the throttle of {name} is left out' in capsys.readouterr().err
+    summary = json.loads(path.read_text())['summary']
+    deepest, strips = summary['deepest_stall'], summary['wing_strips']
+    assert deepest['stalled_wing_strips'] > 0.9 * strips
+    assert alpha < deepest['alpha_deg'] < alpha + 10.0
+    assert (summary['stalled_strips_at_end'] == 0) == (name == 'stall_straight')
 
 
 def test_a_canard_does_not_spin_because_its_wing_does_not_stall():

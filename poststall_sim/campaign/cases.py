@@ -100,6 +100,7 @@ class Builder:
         if self.campaign.scenario_file is not None:
             scenario = definition.scenario_in(
                 Reader(tree['scenario'], Place(self.campaign.scenario_file.name)))
+            scenario = jobs.fitted(aircraft, scenario)
             jobs.require_controls(aircraft, scenario)
         elif tree['autopilot'] == EXAMPLE:
             law = _law(Reader(tree['law'], where.key('law')))

@@ -42,9 +42,9 @@ def add(command: Command) -> argparse.ArgumentParser:
                      "the node's wind.velocity; instead of the scenario's")
     fly.add_argument('--fail', type=values.fault, action='append', default=[],
                      metavar='NAME:KIND[=DEG][@S]',
-                     help='a part that fails, or all that a control moves, after so many seconds: '
-                     'elevator:stuck, rudder:stuck=-5@8, aileron_right:float, flap:lost; may be '
-                     "given again, and adds to the scenario's")
+                     help='a part that fails, all that a control moves or an engine, after so '
+                     'many seconds: elevator:stuck, rudder:stuck=-5@8, aileron_right:float, '
+                     "flap:lost, engine_1:off@3; may be given again, and adds to the scenario's")
     fly.add_argument('--turbulence', type=values.turbulence, metavar='LEVEL',
                      help='light, moderate or severe by MIL-F-8785C, or the root mean square of '
                      "its vertical part [m/s]; Dryden's spectrum; instead of the scenario's")
@@ -98,6 +98,11 @@ def run(arguments: argparse.Namespace) -> int:
             raise ConfigError(f'scenario {scenario.name}: {name} {complaint}')
     # Refuses what is wrong with the definition.
     model = solver.model(arguments, scenario.atmosphere)
+    flyable = jobs.fitted(model.aircraft, scenario)
+    if flyable.channels != scenario.channels:
+        terminal.complain(f'{model.aircraft.name} has no engine: the throttle of {scenario.name} '
+                          'is left out')
+    scenario = flyable
     jobs.require_controls(model.aircraft, scenario)
     if late := [fault.name for fault in scenario.faults if fault.time >= duration]:
         raise ConfigError(f'{", ".join(late)}: fails after the end of the flight, at {duration:g} '

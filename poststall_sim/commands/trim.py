@@ -14,7 +14,7 @@ from poststall_sim.commands import solver
 from poststall_sim.commands.solver import Command
 
 _TURN, _BANK, _SIDESLIP, _FACTOR = (-360.0, 360.0), (-80.0, 80.0), (-35.0, 35.0), (-10.0, 20.0)
-_MANOEUVRE = ('turn', 'bank', 'sideslip', 'pull_up', 'coordinated', 'hold', 'throttle')
+_MANOEUVRE = ('turn', 'bank', 'sideslip', 'pull_up', 'coordinated', 'hold', 'fail', 'throttle')
 
 
 def add(command: Command) -> argparse.ArgumentParser:
@@ -52,6 +52,10 @@ def add(command: Command) -> argparse.ArgumentParser:
                        metavar='NAME=DEG', help='a control that does not move, stuck or set; '
                        'again for another one. With a stuck elevator the airspeed of level '
                        'flight is found or, at a given --airspeed or --alpha, the climb angle')
+    group.add_argument('--fail', type=values.failure, action='append', default=[],
+                       metavar='NAME:KIND[=DEG]', help='what has failed: a part, or all that a '
+                       'control moves, as aileron_right:stuck=5, rudder:float or flap:lost, or an '
+                       'engine, left:off; again for another one')
     group.add_argument('--throttle', type=values.within((0.0, 1.0)), metavar='X',
                        help='at this throttle, and the climb angle is found')
     trim.add_argument('--plot', type=values.figure, nargs='?', metavar='FILE',
@@ -84,8 +88,9 @@ def run(arguments: argparse.Namespace) -> int:
 def _refuse_idle(arguments: argparse.Namespace) -> None:
     """Refuse options that would have no effect."""
     from poststall_sim.aircraft import ConfigError
-    manoeuvre = [name for name in _MANOEUVRE if getattr(arguments, name) not in (None, False, {})]
-    if arguments.airspeed is None and arguments.alpha is None and not arguments.hold:
+    manoeuvre = _manoeuvre(arguments)
+    opened = arguments.hold or arguments.fail
+    if arguments.airspeed is None and arguments.alpha is None and not opened:
         raise ConfigError('trim needs --airspeed (powered), --alpha (glide) or both')
     if arguments.all and (manoeuvre or arguments.alpha or not arguments.airspeed):
         raise ConfigError('--all is of straight flight at an airspeed: it goes with --airspeed '
@@ -96,8 +101,14 @@ def _refuse_idle(arguments: argparse.Namespace) -> None:
         raise ConfigError('--failed is of flight at an airspeed and of manoeuvres')
     if arguments.pull_up is not None and not arguments.airspeed:
         raise ConfigError('--pull-up is of an airspeed: give --airspeed')
-    if manoeuvre and arguments.airspeed and arguments.alpha and not arguments.hold:
+    if manoeuvre and arguments.airspeed and arguments.alpha and not opened:
         raise ConfigError('a manoeuvre has an airspeed or an angle of attack: give one of them')
+
+
+def _manoeuvre(arguments: argparse.Namespace) -> list[str]:
+    """Return the names of the options given that ask for more than straight flight."""
+    return [name for name in _MANOEUVRE
+            if getattr(arguments, name) not in (None, False, {}, [])]
 
 
 def _found(arguments: argparse.Namespace, model) -> Iterable[dict]:
@@ -108,7 +119,7 @@ def _found(arguments: argparse.Namespace, model) -> Iterable[dict]:
         raise ConfigError(f'{model.aircraft.name} has no engine: --climb has no effect')
     failed = _failed(arguments, model)
     altitude, climb = arguments.altitude, math.radians(arguments.climb or 0.0)
-    if any(getattr(arguments, name) not in (None, False, {}) for name in _MANOEUVRE):
+    if _manoeuvre(arguments):
         tasks = list(_tasks(arguments, model))
         yield from terminal.watched(
             trim_jobs.manoeuvres(model, tasks, altitude=altitude), len(tasks), 'trim')
@@ -142,7 +153,7 @@ def _failed(arguments: argparse.Namespace, model) -> frozenset[str]:
 
 def _tasks(arguments: argparse.Namespace, model) -> Iterable:
     """Yield what the steady flights are asked to be."""
-    from poststall_sim import jobs, trim_jobs
+    from poststall_sim import failure_reader, failures, jobs, trim_jobs
     from poststall_sim.aircraft import ConfigError
     from poststall_sim.manoeuvre import Task
     from poststall_sim.topics import THROTTLE
@@ -154,16 +165,24 @@ def _tasks(arguments: argparse.Namespace, model) -> Iterable:
     if THROTTLE in arguments.hold:
         raise ConfigError('--hold is of controls, in degrees: a throttle that does not move is '
                           '--throttle X, 0 to 1')
+    for name, value in arguments.hold.items():
+        if name not in model.aircraft.control_names and name in failures.names(model.aircraft):
+            raise ConfigError(f'--hold is of controls, {name} is a part that one moves: it is '
+                              f'stuck by --fail {name}:stuck={value:g}')
     held = {name: math.radians(value) for name, value in arguments.hold.items()}
     jobs.deflections(model, held)   # refuses those beyond their limits
+    broken = failure_reader.by_name(arguments.fail)
+    parts = failures.of_parts(model.aircraft, broken)
+    stuck = PITCH_CONTROL in (*held, *failures.dead(model.aircraft, parts))
+    off = _failed(arguments, model) | failures.engines_off(broken)
     throttle = arguments.throttle
-    gliding = not model.aircraft.engines or (
+    gliding = not set(model.aircraft.engine_names) - off or (
         throttle is None and arguments.climb is None and arguments.airspeed is None
-        and arguments.alpha is not None and PITCH_CONTROL not in held)
+        and arguments.alpha is not None and not stuck)
     # An elevator that is stuck leaves one to be found beside the throttle: the airspeed, or where
     # that or the angle of attack is given, the climb angle.
     climbing = arguments.climb is not None or not (
-        PITCH_CONTROL in held and (arguments.airspeed or arguments.alpha))
+        stuck and (arguments.airspeed or arguments.alpha))
     turn = radians(arguments.turn)
     if turn is None and (arguments.bank is None or arguments.sideslip is not None):
         turn = 0.0
@@ -174,8 +193,7 @@ def _tasks(arguments: argparse.Namespace, model) -> Iterable:
                 climb_angle=None if gliding or throttle is not None or not climbing else
                 radians(arguments.climb or 0.0),
                 beta=radians(arguments.sideslip), bank=radians(arguments.bank), turn_rate=turn,
-                coordinated=arguments.coordinated, held=held,
-                failed=_failed(arguments, model))
+                coordinated=arguments.coordinated, held=held, failed=off, failures=broken)
             yield task if arguments.pull_up is None else \
                 trim_jobs.pulling(task, arguments.pull_up)
 
@@ -192,9 +210,14 @@ def _table(found: list[dict]) -> tuple[tuple[str, ...], list[list[str]]]:
     controls = [name for name in (found[0]['controls'] if found else {})
                 if name == 'elevator_deg' or any(
                     abs(each['controls'][name]) > 5e-4 for each in found)]
+    # A part that has a control of its own name stands where that does.
+    parts = [name for name in (found[0].get('failed_parts', {}) if found else {})
+             if name not in controls]
     head = ('', *(title for title, _, _ in shown), *(name.removesuffix('_deg')
-                                                     for name in controls), 'residual', '')
+                                                     for name in (*controls, *parts)),
+            'residual', '')
     return head, [
         [each['kind'], *(f'{each[key]:z.{digits}f}' for _, key, digits in shown),
-         *(f'{each["controls"][name]:z.3f}' for name in controls), f'{each["residual"]:.0e}',
+         *(f'{each["controls"][name]:z.3f}' for name in controls),
+         *(f'{each["failed_parts"][name]:z.3f}' for name in parts), f'{each["residual"]:.0e}',
          each['message']] for each in found]

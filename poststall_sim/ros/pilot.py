@@ -110,6 +110,10 @@ class PilotNode(Node):
         self._look_timer.cancel()
 
     def _begin(self) -> None:
+        if topics.THROTTLE not in self._trim and self._scenario.moves(topics.THROTTLE):
+            self.get_logger().warning(
+                f'the aircraft has no engine: the throttle of {self._scenario.name} is left out')
+            self._scenario = self._scenario.without(topics.THROTTLE)
         strangers = sorted({channel.control for channel in self._scenario.channels}
                            - self._trim.keys())
         if strangers:
