@@ -106,9 +106,8 @@ def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = No
             bank=value['bank'], turn_rate=value['turn_rate'], pull_rate=task.pull_rate,
             angles=before and before.angles)
         found = replace(found, push=trims.pushed(model, found, density, task.failed))
-        found = trims.in_air(
+        found = last['flown'] = trims.in_air(
             tight, found, air, before.aero.strips.delta if before else delta, parts)
-        last['flown'] = found
         return found if more is None else replace(found, aero=replace(
             found.aero, force_G=found.aero.force_G + more[:3],
             moment_G=found.aero.moment_G + more[3:]))

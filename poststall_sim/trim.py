@@ -57,9 +57,9 @@ class Trim:
     airspeed [m/s]; alpha, climb_angle [rad]; controls; residual : X, Z over weight and M over
     weight times chord, (3,), or of all three axes, (6,), where sideways balances were asked for;
     aero: the loads; push: what the engines do; status and message say whether it can be flown;
-    beta, bank [rad]; turn_rate of the heading, pull_rate of pitch beyond it [rad/s]; angles (k,)
-    of the movable parts [rad], once it has loads; turning : the loads are those with a wake that
-    curves with the path, see `turning`.
+    beta, bank [rad]; turn_rate of the heading, pull_rate of pitch beyond it [rad/s]; turning : the
+    loads are those with a wake that curves with the path, see `turning`; angles (k,) of the
+    movable parts [rad], once it has loads.
     """
 
     airspeed: float
@@ -75,8 +75,8 @@ class Trim:
     turn_rate: float = 0.0
     pull_rate: float = 0.0
     push: Push | None = None
-    angles: FloatArray | None = None
     turning: bool = False
+    angles: FloatArray | None = None
 
     @property
     def pitch(self) -> float:
