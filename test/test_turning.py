@@ -14,6 +14,7 @@ from poststall_sim.aero import model as models
 from poststall_sim.aero import solver, steady_motion
 from poststall_sim.aero.model import Settings
 from poststall_sim.coupling import placement
+from poststall_sim.failures import Failure, Kind
 from poststall_sim.frames import GRAVITY, euler_from_quaternion, rotation
 from poststall_sim.manoeuvre import Task
 from poststall_sim.state import BodyState, Status
@@ -235,3 +236,12 @@ def test_command_line_says_whose_wake_it_was(tmp_path, capsys):
         assert ('wake of the turn' in capsys.readouterr().out) is (row['wake'] == 'of the turn')
         wakes[words[0]] = row['wake']
     assert wakes == {'--turn': 'of the turn', '--pull-up': 'of the turn', '--sideslip': 'straight'}
+
+
+def test_a_turn_with_a_jammed_aileron_is_trimmed_with_it(few):
+    failed = {'aileron_right': Failure(Kind.STUCK, math.radians(5.0))}
+    found = found_by(turning, few, airspeed=13.0, turn_rate=TURN, failures=failed)
+    flight = begun(few, found)
+    flight.failures = failed
+    flight.reset()
+    assert unbalanced(flight, found)[0] < 1e-5
