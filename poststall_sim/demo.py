@@ -337,7 +337,7 @@ def compare(options: argparse.Namespace, aircraft: Aircraft, bag: Path) -> dict[
     flight = simulation.start(aircraft, Settings(decambering=False),
                               airspeed=scenario.airspeed, altitude=scenario.altitude)
     seconds = options.seconds or scenario.duration
-    with recording.FlightRecorder(bag, flight) as recorder, \
+    with recording.FlightRecorder(bag, flight, scenario.name) as recorder, \
             progress_bar(seconds, 'flying with attached flow') as show:
         for snapshot in jobs.fly(flight, scenario, seconds, recorder):
             show(snapshot.time)

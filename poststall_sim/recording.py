@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from poststall_sim import cdr, inlets, topics
+from poststall_sim import cdr, inlets, run_settings, topics
 from poststall_sim.frames import FloatArray
 from poststall_sim.state import Snapshot
 from poststall_sim.views import Views
@@ -167,9 +167,11 @@ def _qos(qos: topics.Qos) -> Qos:
 class FlightRecorder:
     """Write a `simulation.Flight` into a bag as the node would publish it, at its rates."""
 
-    def __init__(self, path: str | os.PathLike[str], flight) -> None:
+    def __init__(self, path: str | os.PathLike[str], flight, scenario: str = '') -> None:
+        """Begin a bag; scenario : the name of what is flown, for the diagnostics."""
         self._recorder = Recorder(path)
         self._flight = flight
+        self._scenario = scenario
         self._layout = topics.layout(flight)
         self._views = Views(flight.model, self._layout, topics.Rate.VIEWS.default)
         self._schedule = topics.Schedule({})
@@ -225,7 +227,8 @@ class FlightRecorder:
                     topics.Level.ERROR if reason else topics.Level.OK, 'simulator: flight',
                     reason or 'flying', {'paused_reason': reason or '',
                                          'density_kg_m3': f'{snapshot.density:.9g}'}),
-                self._tally.condition('simulator: solver', snapshot, self._closure)],
+                self._tally.condition('simulator: solver', snapshot, self._closure),
+                run_settings.condition('simulator', self._flight, self._scenario)],
         ), snapshot.time_ns)
 
 

@@ -14,7 +14,8 @@ from browsers import SCREENS, Tab, chromium
 pytest.importorskip('plotly', reason='reports need plotly')
 pytest.importorskip('rosbags', reason='bags need rosbags')
 
-from poststall_sim import cli, recording
+from poststall_sim import __version__, cli, recording
+from poststall_sim.plots.bag import flight_data
 from poststall_sim.report import flight as flights
 from poststall_sim.report import page as pages
 
@@ -209,6 +210,32 @@ def test_events_are_when_they_happened(folder, of_bag, of_json, series):
     assert json.loads((folder / 'said_bag.json').read_text())['events'] == of_bag.data['events']
 
 
+def rows_of(data, title):
+    return dict(next(rows for name, rows in data['tables'] if name == title))
+
+
+def test_a_bag_tells_how_it_was_flown(folder, tmp_path):
+    bag = tmp_path / 'bag'
+    assert cli.main(['fly', '--record', str(bag), '--duration', '0.2', '--wind', '1,-2,0.5',
+                     '--turbulence', '0.3', '--seed', '7', '--ell', '1.5',
+                     '--separation', 'lag']) == 0
+    run = rows_of(flights.of_bag(bag, flight_data(bag)), 'Run')
+    expected = {
+        'poststall sim': __version__, 'aircraft': 'trainer', 'scenario': 'stall_and_recovery',
+        'dt [s]': '0.008', 'closure': 'nonlocal', 'ell [chords]': '1.5', 'tolerance': '1e-05',
+        'separation': 'lag', 'wind enu [m/s]': '1, -2, 0.5', 'turbulence': 'dryden',
+        'turbulence vertical [m/s]': '0.3', 'turbulence seed': '7'}
+    assert {key: run.get(key) for key in expected} == expected
+    calm = rows_of(flights.of_bag(folder / 'bag', flight_data(folder / 'bag')), 'Run')
+    assert (calm['turbulence'], calm['wind enu [m/s]']) == ('none', '0, 0, 0')
+
+
+def test_figures_are_rounded_and_what_is_none_is_left_out(of_bag, of_json):
+    for page in (of_bag, of_json):   # a straight stall: its sideslip is the solver's noise
+        assert 'beta min [deg]0beta max [deg]0' in page.said
+    assert 'none' not in of_json.said   # neither a fixed density nor turbulence
+
+
 def test_settings_are_in_the_page(of_bag, of_json, of_polar):
     for page in (of_bag, of_json, of_polar):
         assert 'trainer' in page.said and 'nonlocal' in page.said
@@ -290,6 +317,11 @@ def test_a_folder_that_is_no_bag_and_a_page_of_another_kind_are_refused(tmp_path
     assert 'there is no bag or JSON' in capsys.readouterr().err
     assert cli.main(['report', str(tmp_path)]) == 2
     assert 'it has no metadata.yaml' in capsys.readouterr().err
+    other = tmp_path / 'mine.yaml'
+    other.write_text('name: mine')
+    assert cli.main(['report', str(other)]) == 2
+    assert capsys.readouterr().err == (
+        f'poststall: {other}: a report is of a bag, or of what fly or polar wrote as JSON\n')
     with pytest.raises(SystemExit, match='2'):
         cli.main(['report', str(tmp_path), '--output', str(tmp_path / 'page.pdf')])
     assert 'expected a name that ends in .html' in capsys.readouterr().err

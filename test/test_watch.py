@@ -395,6 +395,22 @@ def browser():
 
 
 ELEVATOR = 'document.getElementById("control-elevator")'
+HISTORIES = """(() => {
+    const figure = document.getElementById("histories"), layout = figure._fullLayout;
+    return ["y", "y2", "y3", "y4"].map((id) => [
+        ...layout[id.replace("y", "yaxis")].range,
+        [...figure.querySelectorAll("." + id + "tick text")].map((each) => each.textContent)]);
+})()"""
+"""Begin and end of each history's range, and the labels on it."""
+CUT = """(() => {
+    const figure = document.getElementById("histories"), edge = figure.getBoundingClientRect();
+    const labels = [...figure.querySelectorAll("[class*=ytick] text, [class*=y2tick] text")]
+        .filter((each) => each.getBoundingClientRect().left < edge.left);
+    const gauges = [...document.querySelectorAll("#gauges dd")]
+        .filter((each) => each.scrollWidth > each.clientWidth);
+    return [...labels, ...gauges].map((each) => each.textContent);
+})()"""
+"""What is written of labels and gauges beyond their place."""
 
 
 @marked
@@ -417,6 +433,15 @@ def test_the_page_draws_and_its_slider_moves_the_aircraft(browser, flight, pages
         loading = 'Array.from(document.getElementById("loading").data[0].y)'
         lift = tab.until(f'document.getElementById("loading").data && {loading}')
         assert len(lift) == 20 and min(lift) > 0.0
+        for begin, end, texts in page.evaluate(HISTORIES):
+            assert end - begin >= 0.999   # else steady flight shows the noise of its last digits
+            plain = [text.replace('\u2212', '-') for text in texts]
+            assert plain and all(re.fullmatch(r'-?\d+(\.\d{1,2})?', text)
+                                 and begin - 0.01 <= float(text) <= end + 0.01
+                                 for text in plain), (begin, end, texts)
+        assert page.evaluate(CUT) == []
+        if size[0] > 700:   # all of it on one screen
+            assert page.evaluate('document.documentElement.scrollHeight') <= size[1]
         airspeed = page.locator('[data-gauge=airspeed] dd').inner_text()
         assert float(re.match(r'[\d.]+', airspeed).group()) == pytest.approx(15.0, abs=8.0)
         count = 'document.getElementById("histories").data[0].x.length'

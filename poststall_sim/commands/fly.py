@@ -124,7 +124,7 @@ def run(arguments: argparse.Namespace) -> int:
                     atmosphere=model.atmosphere, weather=weather)
         except ConfigError as error:
             raise jobs.NoResultError(trim_jobs.explained(str(error))) from None
-    with _recorder(arguments.record, flight) as recorder:
+    with _recorder(arguments.record, flight, scenario.name) as recorder:
         log = jobs.FlightLog(flight)   # from here on it counts the wall time
         collector = flight_export.Collector(flight, log) \
             if arguments.csv or arguments.mat else None
@@ -202,7 +202,7 @@ def _told(turbulence: Turbulence | None) -> dict | None:
 
 
 @contextmanager
-def _recorder(path: Path | None, flight) -> Iterator:
+def _recorder(path: Path | None, flight, scenario: str) -> Iterator:
     """Give a recorder of the flight, None without a path."""
     if path is None:
         yield None
@@ -210,7 +210,7 @@ def _recorder(path: Path | None, flight) -> Iterator:
     from poststall_sim import recording
     from poststall_sim.aircraft import ConfigError
     try:
-        recorder = recording.FlightRecorder(path, flight)
+        recorder = recording.FlightRecorder(path, flight, scenario)
     except recording.BagError as error:
         raise ConfigError(str(error)) from None
     with recorder:

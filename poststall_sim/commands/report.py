@@ -12,6 +12,9 @@ from poststall_sim import terminal
 from poststall_sim.commands import solver
 from poststall_sim.commands.solver import Command
 
+_OF = 'a report is of a bag, or of what fly or polar wrote as JSON'
+_BAGS = ('.mcap', '.db3', '.bag')
+
 
 def add(command: Command) -> argparse.ArgumentParser:
     """Add the command and its options; return its parser."""
@@ -31,6 +34,8 @@ def run(arguments: argparse.Namespace) -> int:
     source = arguments.source
     if not source.exists():
         raise ConfigError(f'there is no bag or JSON {source}')
+    if source.is_file() and source.suffix not in ('.json', *_BAGS):
+        raise ConfigError(f'{source}: {_OF}')
     with terminal.patience('putting the page together'):
         data = _of_json(arguments) if source.suffix == '.json' else _of_bag(arguments)
         output = arguments.output or source.resolve().with_suffix('.html')
@@ -66,7 +71,7 @@ def _of_json(arguments: argparse.Namespace) -> dict[str, Any]:
     from poststall_sim.report import flight as flights
     from poststall_sim.report import polar as polars
     path = arguments.source
-    refusal = f'{path}: a report is of a bag, or of what fly or polar wrote as JSON'
+    refusal = f'{path}: {_OF}'
     try:
         result = json.loads(path.read_text())
     except ValueError:

@@ -30,8 +30,8 @@ const poststallFigures = (colours) => {
   // What figures of strips say and how they draw one surface.
   const ofStrips = (strips) => ({
     legend: strips === null || strips.stalled === null ? '' :
-      key(colours.attached, '\u25cf attached') + '\u2002' +
-      key(colours.stalled, '\u25bc past its stall') + '\u2002',
+      key(colours.attached, '\u25cf attached') + '\u2002 ' +
+      key(colours.stalled, '\u25bc past its stall') + '\u2002 ',   // a line may end at the blank
     small: (groups) => groups.length < 2 ? '' : '\u2002small: ' +
       groups.slice(1).map((group) => group.name.replace(/[<&]/g, '')).join(', ') + '.',
     surfaceTrace: (group, number, more) => ({type: 'scatter', name: group.name, x: [], y: [],

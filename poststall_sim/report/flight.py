@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from poststall_sim import fields, silhouette
+from poststall_sim import fields, run_settings, silhouette
+from poststall_sim.aero.decambering import Closure
 from poststall_sim.aero.model import DEFAULTS
 from poststall_sim.aircraft import Aircraft
 from poststall_sim.frames import (
@@ -51,21 +52,25 @@ def of_bag(path: Path, flight: FlightData) -> Data:
     share = None
     if flight.strips is not None and flight.strips.stalled is not None:
         share = (flight.strips.time, flight.strips.stalled_share)
+    told = {name: values for name, values in flight.reported.items()
+            if name.endswith(run_settings.ENDING)}
     settings: dict[str, Any] = {
         'bag': path.resolve().name, 'aircraft': flight.name,
         'closure': next((values['closure'] for values in flight.reported.values()
                          if 'closure' in values), 'not known'),
-        'duration_s': float(flight.time[-1] - flight.time[0])}
+        'duration_s': float(flight.time[-1] - flight.time[0]),
+        **{key: value for values in told.values() for key, value in values.items()}}
     if flight.strips is not None:
         settings['strips'] = {group.name: group.strips.stop - group.strips.start
                               for group in flight.strips.groups}
     found = [*tables('Run', settings | _definition(flight.aircraft)),
-             table('In figures', bags.extremes(flight)),
+             _in_figures(flight),
              *(table(f'Diagnostics, {name}', values)
-               for name, values in flight.reported.items())]
+               for name, values in flight.reported.items() if name not in told)]
     ended = [_ended(flight, values['paused_reason']) for values in flight.reported.values()
              if values.get('paused_reason')]
-    return _page(flight, share, found, ended)
+    return _page(flight, share, found, ended) | {
+        'averaged': settings['closure'] == Closure.NONLOCAL.value}
 
 
 def of_json(result: Mapping[str, Any], aircraft: Aircraft | None) -> Data:
@@ -99,12 +104,18 @@ def of_json(result: Mapping[str, Any], aircraft: Aircraft | None) -> Data:
     head = {key: value for key, value in result.items() if key not in ('summary', 'series')}
     short = {key: value for key, value in summary.items() if key != 'outside_the_method'}
     found = [*tables('Run', head), table('Summary', short),
-             table('In figures', bags.extremes(flight))]
+             _in_figures(flight)]
     told = [(each['from_s'], 'failure', f'outside the method: {each["worst"]}, '
              f'{each["steps"]} steps') for each in summary.get('outside_the_method', ())]
     if summary['ended_early']:
         told.append(_ended(flight, summary['ended_early']))
     return _page(flight, share, found, told)
+
+
+def _in_figures(flight: FlightData) -> Table:
+    """Return the extremes, rounded: what the solver leaves of a zero says nothing."""
+    return table('In figures', {
+        key: round(value, 2) for key, value in bags.extremes(flight).items()})
 
 
 def _ended(flight: FlightData, reason: str) -> Happening:

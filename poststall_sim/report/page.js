@@ -42,7 +42,9 @@
     element('points-hint').innerHTML = legend + small(groups);
     if (page.curves.length) {
       element('points-hint').append(' Lines: section curves, ' + page.curves.map(
-        (curve) => curve.name + (curve.wing ? '' : ' (dotted)')).join(', ') + '.');
+        (curve) => curve.name + (curve.wing ? '' : ' (dotted)')).join(', ') + '.',
+        page.averaged ? ' Stalled strips may stand off their curve: it is asked of the mean ' +
+          'over about a chord of the span (ell), not of each strip.' : '');
     }
     Plotly.newPlot('points', [...lines, ...traces], clean({
       margin: {l: 48, r: 10, t: 8, b: 42}, dragmode: false,
@@ -98,11 +100,21 @@
       const shift = seen.map(([low, high], k) => 0.5 * (low + high) * away * [wide, tall][k]);
       centre = centre.map((value, i) => value + shift[0] * right[i] + shift[1] * above[i]);
       away *= Math.max((seen[0][1] - seen[0][0]) / (narrow ? 1.4 : 1.56),
-        (seen[1][1] - seen[1][0]) / 1.75);
+        (seen[1][1] - seen[1][0]) / (narrow ? 1.45 : 1.75));
     }
     const vector = ([x, y, z]) => ({x, y, z});
     return {center: vector(centre),
       eye: vector(towards.map((value, i) => centre[i] + away * value))};
+  }
+
+  // Round numbers between two, about so many: of the altitude none at the foot of its axis, where
+  // the first of the ground stands.
+  function ticks(low, high, about) {
+    const raw = (high - low) / about, power = 10 ** Math.floor(Math.log10(raw));
+    const step = power * [1, 2, 5, 10].find((factor) => factor * power >= raw);
+    const first = Math.ceil(low / step);
+    return count(Math.floor(high / step) - first + 1)
+      .map((n) => Number(((first + n) * step).toPrecision(12)));
   }
 
   function drawView() {
@@ -116,11 +128,12 @@
       mesh(view.ghosts, 0.35), mesh([0], 1)];
     const ratio = size.map((value) => value / longest);
     const side = (title, i) => ({title: {text: title, font: {size: font.size}}, range: [low[i], high[i]], ...grid,
-      backgroundcolor: '#F7F8F9', showbackground: i === 2, tickfont: {size: 10}, nticks: 7});
+      backgroundcolor: '#F7F8F9', showbackground: i === 2, tickfont: {size: 10}, nticks: narrow ? 4 : 7});
     Plotly.newPlot('view', traces, clean({margin: {l: 0, r: 0, t: 0, b: 0}, scene: {
       xaxis: side(narrow ? 'E [m]' : 'east [m]', 0),
       yaxis: side(narrow ? 'N [m]' : 'north [m]', 1),
-      zaxis: side(narrow ? '' : 'altitude [m]', 2),
+      zaxis: {...side(narrow ? '' : 'altitude [m]', 2), tickmode: 'array',
+        tickvals: ticks(low[2] + 0.1 * size[2], high[2], narrow ? 3 : 6)},
       aspectmode: 'manual', dragmode: 'turntable',
       aspectratio: {x: ratio[0], y: ratio[1], z: ratio[2]},
       camera: camera(ratio)}}), config);

@@ -30,6 +30,7 @@ MOST_INSTANTS = 2000
 _MOST_NUMBERS = 120_000
 """Of what changes with the slider on all strips: half a megabyte for each quantity."""
 _FIGURES = 5
+_NOTHING = (None, '', [], (), {})
 _MOST_EVENTS = 60
 _UNITS = {'_deg': 'deg', '_m_s': 'm/s', '_m2': 'm^2', '_m': 'm', '_s': 's', '_kg': 'kg',
           '_kg_m3': 'kg/m^3', '_K': 'K', '_Pa': 'Pa', '_chords': 'chords'}
@@ -108,11 +109,13 @@ def readout(label: str, unit: str, digits: int, values: FloatArray) -> Data:
 
 
 def table(title: str, values: Mapping[str, Any]) -> Table:
-    """Return settings as a table, those that are nested named after both keys."""
+    """Return settings as a table, those that are nested named after both keys, none left out."""
     found: list[tuple[str, str]] = []
     for key, value in values.items():
-        found += [(f'{_named(key)}, {name}', text) for name, text in table('', value)[1]] \
-            if isinstance(value, Mapping) else [(_named(key), _said(value))]
+        if isinstance(value, Mapping):
+            found += [(f'{_named(key)}, {name}', text) for name, text in table('', value)[1]]
+        elif value not in _NOTHING:
+            found.append((_named(key), _said(value)))
     return title, found
 
 
@@ -136,9 +139,9 @@ def _said(value: Any) -> str:
         return 'yes' if value else 'no'
     if isinstance(value, float):
         return f'{value + 0.0:.5g}'
-    if isinstance(value, (list, tuple)) and value:
+    if isinstance(value, (list, tuple)):
         return ', '.join(_said(each) for each in value)
-    return 'none' if value in (None, '', [], ()) else str(value)
+    return str(value)
 
 
 def _events(events: list[Data]) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from poststall_sim.aero.decambering import Closure
 from poststall_sim.aero.lattice import Lattice
 from poststall_sim.aircraft import Aircraft
 from poststall_sim.plots import style
@@ -62,7 +63,8 @@ def of_json(result: Mapping[str, Any], aircraft: Aircraft | None) -> Data:
             altitude=result['altitude_m']),
         'events': events,
         'first': next((event['frame'] for event in events if event['kind'] == 'extreme'), 0),
-        'tables': tables('Run', head), 'notes': notes}
+        'tables': tables('Run', head), 'notes': notes,
+        'averaged': result.get('closure') == Closure.NONLOCAL.value}
 
 
 def _strips(result: Mapping[str, Any]) -> StripData:

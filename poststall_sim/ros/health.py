@@ -4,12 +4,14 @@
 
 import math
 
+from poststall_sim import run_settings
 from poststall_sim.envelope import Excess
 from poststall_sim.fields import Layout, command_values
 from poststall_sim.frames import rotation
 from poststall_sim.ros import optional
 from poststall_sim.ros.commands import CommandDesk, Refusal, Source
 from poststall_sim.ros.pacing import Follower, Pacer
+from poststall_sim.simulation import Flight
 from poststall_sim.state import Snapshot, Status
 from poststall_sim.topics import Condition, Level, SolverTally
 
@@ -129,6 +131,10 @@ class Health:
     def solver(self, snapshot: Snapshot) -> Condition:
         """Say how the decambering does."""
         return self.tally.condition(f'{self._name}: solver', snapshot, self.closure)
+
+    def settings(self, flight: Flight) -> Condition:
+        """Say how the flight is computed, and in which air."""
+        return run_settings.condition(self._name, flight)
 
     def engines(self, snapshot: Snapshot, names: tuple[str, ...]) -> Condition:
         """Say what each engine does, and which of them do not work."""

@@ -341,7 +341,7 @@ class SimulatorNode(Node):
                               outside=envelope.exceeded(snapshot, self.flight.model)),
                 health.following(self._follower, snapshot.time_ns, sources) if self.follows
                 else health.pace(self._pacer, self._waits_for()),
-                health.solver(snapshot),
+                health.solver(snapshot), health.settings(self.flight),
                 health.engines(snapshot, self.flight.model.aircraft.engine_names),
                 health.controls(snapshot, self.layout,
                                 failure_reader.words(self.flight.failures)),

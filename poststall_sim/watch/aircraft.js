@@ -40,8 +40,8 @@ const poststallAircraft = (colours, {clean, config, count, key}) => {
         flatshading: true, lighting: {ambient: 0.8, diffuse: 0.35, specular: 0}},
       line(colours.ink, 3), line('#9AA1A9', 2), line('#9AA1A9', 3), line('#222222', 4)],
     clean({margin: {l: 0, r: 0, t: 0, b: 0}, scene: {xaxis: side, yaxis: side, zaxis: side,
-      aspectmode: 'cube', dragmode: 'turntable', camera: {center: {x: 0, y: 0, z: -0.03},
-        eye: {x: 0.35, y: -1.05, z: 0.42}}}}), config);
+      aspectmode: 'cube', dragmode: 'turntable', camera: {center: {x: 0, y: 0, z: 0.01},
+        eye: {x: 0.4, y: -1.2, z: 0.5}}}}), config);
     element('view-hint').innerHTML =
       key(colours.attached, '\u25a0 lift, deeper towards its greatest') + ' ' +
       key(DOWNWARDS, '\u25a0 downwards') + ' ' +

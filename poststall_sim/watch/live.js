@@ -68,12 +68,12 @@
     const names = Object.keys(parts.state.targets || {}).filter((name) => name !== 'throttle');
     const of = (name, colour, get) => ({name, colour, get});
     panels = [
-      {title: 'airspeed [m/s]', lines: [of('airspeed', colours.attached, (s) => s.airspeed)]},
-      {title: 'flow angles [deg]', lines: [
+      {title: 'airspeed [m/s]', least: 1, lines: [of('airspeed', colours.attached, (s) => s.airspeed)]},
+      {title: 'flow angles [deg]', least: 2, lines: [
         of('alpha', colours.attached, (s) => s.alpha * degrees),
         of('beta', colours.third, (s) => s.beta * degrees)]},
-      {title: 'altitude [m]', lines: [of('altitude', colours.attached, (s) => s.altitude)]},
-      {title: 'controls [deg]', lines: names.map((name, i) => of(name, COLOURS[i % COLOURS.length],
+      {title: 'altitude [m]', least: 1, lines: [of('altitude', colours.attached, (s) => s.altitude)]},
+      {title: 'controls [deg]', least: 2, lines: names.map((name, i) => of(name, COLOURS[i % COLOURS.length],
         (s) => s.controls ? s.controls[name] * degrees : null))}];
     const columns = narrow ? 1 : 2, rows = panels.length / columns;
     const layout = clean({margin: {l: 44, r: 8, t: 20, b: 36}, dragmode: false, annotations: []});
@@ -83,8 +83,8 @@
       const left = column * (wide + 0.09), top = 1 - 1.3 * tall * row, last = row === rows - 1;
       layout['xaxis' + tail] = axis(last ? 'time before now [s]' : '', {domain: [left, left + wide],
         range: [-SECONDS, 0], anchor: 'y' + tail, showticklabels: last, fixedrange: true});
-      layout['yaxis' + tail] = axis('', {domain: [Math.max(top - tall, 0), top], nticks: 4,
-        anchor: 'x' + tail, fixedrange: true});
+      layout['yaxis' + tail] = axis('', {domain: [Math.max(top - tall, 0), top], nticks: 5,
+        anchor: 'x' + tail, fixedrange: true, automargin: 'left'});
       const names = panel.lines.length < 2 ? [] : panel.lines.map((line) =>
         key(line.colour, '\u2014 ' + line.name.replace(/[<&]/g, '')));
       layout.annotations.push({text: ['<b>' + panel.title + '</b>', ...names].join(' '),
@@ -102,8 +102,23 @@
     if (panels === null) beginHistories();
     const lines = panels.flatMap((panel) => panel.lines);
     const x = kept.map((each) => each.time - parts.state.time);
-    Plotly.restyle('histories', {x: lines.map(() => x), y: lines.map((line) => kept.map(line.get))},
-      count(lines.length));
+    const y = lines.map((line) => kept.map(line.get));
+    Plotly.update('histories', {x: lines.map(() => x), y}, ranges(y), count(lines.length));
+  }
+
+  // The range of each panel: all that it shows with some room, and never less than what matters,
+  // or steady flight would be drawn as the noise of its last digits.
+  function ranges(y) {
+    const found = {};
+    let first = 0;
+    panels.forEach((panel, k) => {
+      const own = y.slice(first, first += panel.lines.length).flat().filter(known);
+      if (!own.length) return;
+      const low = own.reduce((a, b) => Math.min(a, b)), high = own.reduce((a, b) => Math.max(a, b));
+      const half = Math.max(0.55 * (high - low), 0.5 * panel.least), middle = 0.5 * (low + high);
+      found['yaxis' + (k ? k + 1 : '') + '.range'] = [middle - half, middle + half];
+    });
+    return found;
   }
 
   // ---- gauges ----
@@ -120,7 +135,7 @@
     ['beta', '\u00b0', 1, scaled('beta', degrees)],
     ['load factor', '', 2, scaled('load_factor', 1)],
     ['bank, pitch', '\u00b0', 0, (state) => [state.bank * degrees, state.pitch * degrees]],
-    ['heading', '\u00b0', 0, (state) => (state.heading * degrees + 360) % 360],
+    ['heading', '\u00b0', 0, (state) => Math.round(state.heading * degrees + 360) % 360],
     ['stalled', '%', 0, share]];
   const gauges = GAUGES.map(([name]) => {
     const value = make('dd', {textContent: '\u2013'});
