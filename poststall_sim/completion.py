@@ -30,7 +30,7 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
         import shtab
     except ImportError as error:
         raise ImportError('--print-completion needs shtab: '
-                          "pip install 'poststall_sim[completion]'") from error
+                          "pip install '.[completion]' in the checkout") from error
     for each in _parsers(parser):
         for action in each._actions:   # argparse has no public list of them
             if action.dest in _NAMED and not action.choices:

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from poststall_sim.aero.lattice import Lattice
 from poststall_sim.aero.model import Model
+from poststall_sim.atmosphere import Air
 from poststall_sim.state import Snapshot
 
 GREATEST_MACH = 0.3
@@ -33,12 +35,7 @@ class Excess:
 
 
 def exceeded(snapshot: Snapshot, model: Model) -> tuple[Excess, ...]:
-    """
-    Return what is outside the envelope of the method at an instant, mostly nothing.
-
-    A strip's Reynolds number is made with its chord and the airspeed; tables that do not say
-    theirs are not complained of.
-    """
+    """Return what is outside the envelope of the method at an instant, mostly nothing."""
     found = []
     if snapshot.mach > GREATEST_MACH:
         found.append(Excess('Mach', snapshot.mach / GREATEST_MACH,
@@ -48,15 +45,25 @@ def exceeded(snapshot: Snapshot, model: Model) -> tuple[Excess, ...]:
             'alpha', abs(snapshot.alpha) / GREATEST_ALPHA,
             f'alpha {math.degrees(snapshot.alpha):.0f} deg, beyond '
             f'{math.degrees(GREATEST_ALPHA):g}'))
-    if snapshot.airspeed > 0.0:
-        lattice = model.lattice
-        reynolds = snapshot.airspeed / snapshot.air.kinematic_viscosity * lattice.strip_chord
-        low, high = lattice.reynolds_range.T
-        beyond = np.nan_to_num(np.maximum(low / reynolds, reynolds / high) / REYNOLDS_FACTOR)
-        worst = int(np.argmax(beyond))
-        if beyond[worst] > 1.0:
-            found.append(Excess(
-                'Reynolds', float(beyond[worst]),
-                f'Reynolds number {reynolds[worst]:.2g} at {lattice.strip_names[worst]}, its '
-                f'tables are of {low[worst]:.2g} to {high[worst]:.2g}'))
-    return tuple(found)
+    return (*found, *reynolds(snapshot.airspeed, snapshot.air, model.lattice))
+
+
+def reynolds(airspeed: float, air: Air, lattice: Lattice) -> tuple[Excess, ...]:
+    """
+    Return where sections are farthest from their tables at an airspeed [m/s], if they are too far.
+
+    A strip's Reynolds number is made with its chord and the airspeed; tables that do not say
+    theirs are not complained of.
+    """
+    if airspeed <= 0.0:
+        return ()
+    flown = airspeed / air.kinematic_viscosity * lattice.strip_chord
+    low, high = lattice.reynolds_range.T
+    beyond = np.nan_to_num(np.maximum(low / flown, flown / high) / REYNOLDS_FACTOR)
+    worst = int(np.argmax(beyond))
+    if not beyond[worst] > 1.0:
+        return ()
+    to = f' to {high[worst]:.2g}' if high[worst] > low[worst] else ''
+    return (Excess('Reynolds', float(beyond[worst]),
+                   f'Reynolds number {flown[worst]:.2g} at {lattice.strip_names[worst]}, its '
+                   f'tables are of {low[worst]:.2g}{to}'),)

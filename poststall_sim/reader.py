@@ -13,7 +13,7 @@ import os
 import re
 import reprlib
 import stat
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -267,12 +267,14 @@ class Reader:
         others = [other for other in self._mapping if other not in self._asked]
         for other in difflib.get_close_matches(key, others, n=1, cutoff=0.7):
             raise self._unknown(other, [key])   # rather chord_mm there than chord_m missing
-        raise self.where.error(f'key {key} must be there, got only {listed(self._mapping)}')
+        raise self.where.error(f'key {key} must be there, got '
+                               + (f'only {listed(self._mapping)}' if self._mapping else 'no keys'))
 
-    def _unknown(self, key: str, known: Iterable[str]) -> ConfigError:
+    def _unknown(self, key: str, known: Collection[str]) -> ConfigError:
         return self.where.error(
             f'unknown key {plain(key)} with value {shown(self._mapping[key])}'
-            + (suggestion(key, known) or f'; expected {listed(known)}'))
+            + (suggestion(key, known)
+               or (f'; expected {listed(known)}' if known else '; expected no keys')))
 
 
 def shown(value: Any) -> str:

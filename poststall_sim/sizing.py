@@ -35,6 +35,8 @@ CRUISE_LIFT = 0.5
 THRUST = 0.4
 """At rest, over weight; none at `FASTEST` times the airspeed at `CRUISE_LIFT`."""
 FASTEST = 2.0
+DIGITS = 3
+"""Of lengths: people draw and build to the millimetre, and small aircraft to a part of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,12 +69,17 @@ def conventional(name: str, numbers: Numbers, wing_airfoil: Airfoil,
                  tail_airfoil: Airfoil) -> Aircraft:
     """Return an aircraft of these numbers, balanced at `STATIC_MARGIN`."""
     span, chord = numbers.span, numbers.chord
+    digits = max(DIGITS, DIGITS - 1 - math.floor(math.log10(chord)))
+
+    def point(x: float, y: float, z: float) -> tuple[float, float, float]:
+        return round(x, digits), round(y, digits), round(z, digits)
+
     area, arm = span * chord, TAIL_ARM * chord
     tail_area = numbers.tail_volume * area * chord / arm
-    tail_span = math.sqrt(4.0 * tail_area)
-    tail_chord = tail_area / tail_span
+    tail_chord = round(math.sqrt(0.25 * tail_area), digits)
+    tail_span = tail_area / tail_chord
     fin_area = VERTICAL_VOLUME * area * span / arm
-    fin_height = math.sqrt(1.6 * fin_area)
+    fin_height = round(math.sqrt(1.6 * fin_area), digits)
     fin_chord = fin_area / fin_height
     below = -0.3 * chord
     quarter = 0.25 * chord + arm
@@ -80,17 +87,19 @@ def conventional(name: str, numbers: Numbers, wing_airfoil: Airfoil,
     surfaces = (
         Surface('wing', (
             Section((0.0, 0.0, 0.0), chord, wing_airfoil.name),
-            Section((0.0, 0.5 * span, 0.5 * span * math.tan(math.radians(3.0))), chord,
+            Section((0.0, 0.5 * span,
+                     round(0.5 * span * math.tan(math.radians(3.0)), digits)), chord,
                     wing_airfoil.name)), strips=even, symmetric=True),
         Surface('tail', (
-            Section((quarter - 0.25 * tail_chord, 0.0, below), tail_chord, tail_airfoil.name),
-            Section((quarter - 0.25 * tail_chord, 0.5 * tail_span, below), tail_chord,
+            Section(point(quarter - 0.25 * tail_chord, 0.0, below), tail_chord,
+                    tail_airfoil.name),
+            Section(point(quarter - 0.25 * tail_chord, 0.5 * tail_span, below), tail_chord,
                     tail_airfoil.name)), strips=8, symmetric=True),
         Surface('fin', (
-            Section((quarter - 0.35 * fin_chord, 0.0, below + 0.02 * chord), 1.2 * fin_chord,
-                    tail_airfoil.name),
-            Section((quarter + 0.05 * fin_chord, 0.0, below + fin_height), 0.8 * fin_chord,
-                    tail_airfoil.name)), strips=5))
+            Section(point(quarter - 0.35 * fin_chord, 0.0, below + 0.02 * chord),
+                    round(1.2 * fin_chord, digits), tail_airfoil.name),
+            Section(point(quarter + 0.05 * fin_chord, 0.0, below + fin_height),
+                    round(0.8 * fin_chord, digits), tail_airfoil.name)), strips=5))
     controls = (
         Control('aileron', (math.radians(-20.0), math.radians(20.0)), (
             Effector('wing', (0.6, 1.0), side=1, gain=-1.0),
@@ -108,8 +117,8 @@ def conventional(name: str, numbers: Numbers, wing_airfoil: Airfoil,
             name, surfaces, tuple({each.name: each for each in (wing_airfoil,
                                                                 tail_airfoil)}.values()),
             Reference(area, chord, span),
-            MassProperties(numbers.mass, (x, 0.0, low), numbers.mass * np.diag(radii ** 2)),
-            controls, (engine(numbers.mass, area, (-chord, 0.0, low)),))
+            MassProperties(numbers.mass, point(x, 0.0, low), numbers.mass * np.diag(radii ** 2)),
+            controls, (engine(numbers.mass, area, point(-chord, 0.0, low)),))
 
     # The neutral point does not move with the centre of gravity but for its height.
     start = balanced(0.25 * chord)

@@ -13,12 +13,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from poststall_sim import polar
+from poststall_sim import envelope, polar
 from poststall_sim.aero import polars
 from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import Aircraft, Surface
 from poststall_sim.airfoil_report import steepest_unique_fall
-from poststall_sim.frames import control_sign
+from poststall_sim.atmosphere import standard_air
+from poststall_sim.frames import GRAVITY, control_sign
 from poststall_sim.polar import Condition
 
 ALPHA = math.radians(2.0)
@@ -39,6 +40,8 @@ GYRATION_FACTOR = 2.0
 POSITIVE = {'elevator': (1, -1.0, 'lifts the nose'), 'aileron': (0, 1.0, 'rolls to the left'),
             'rudder': (2, -1.0, 'yaws to the right')}
 """Which of Cl, Cm, Cn a control changes, with which sign, and what it does with the other one."""
+NO_AUTHORITY = 1e-4
+"""Of Cl, Cm or Cn: a control that changes less does nothing there, and its sign is rounding."""
 IN_WAKE = 0.1
 """Chords between a tail and the plane of the wing, below which the wake lies on it."""
 
@@ -49,7 +52,7 @@ class Planform:
     A surface: area [m^2], span along itself [m], mean aerodynamic chord [m] and its quarter point.
 
     quarter_x, quarter_z [m] in G; sweep of the quarter chord and dihedral [rad]; volume : of a
-    tail [-], None of the wing; upright : counts for yaw, not pitch.
+    tail about the wing's quarter chord [-], None of the wing; upright : counts for yaw, not pitch.
     """
 
     name: str
@@ -149,15 +152,21 @@ def survey(model: Model) -> Survey:
 def backwards(figures: Survey) -> tuple[str, ...]:
     """Return the controls whose positive deflection does what sticks take for a negative one."""
     return tuple(name for name, (axis, sign, _) in POSITIVE.items()
-                 if name in figures.authority and sign * figures.authority[name][axis] < 0.0)
+                 if name in figures.authority
+                 and sign * figures.authority[name][axis] < -NO_AUTHORITY)
 
 
 def _planforms(aircraft: Aircraft) -> tuple[Planform, ...]:
-    """Return the planforms, the largest first, with the volumes of the others about the CG."""
+    """
+    Return the planforms, the largest first, with the volumes of the others.
+
+    About the wing's quarter chord, Raymer's arm, which is the same wherever the centre of gravity
+    stands.
+    """
     found = sorted((planform(surface) for surface in aircraft.surfaces), key=lambda p: -p.area)
     wing, result = found[0], found[:1]
     for each in found[1:]:
-        arm = each.quarter_x - aircraft.mass.cg_G[0]
+        arm = each.quarter_x - wing.quarter_x
         length = wing.span if each.upright else wing.mean_chord
         result.append(replace(each, volume=each.area * arm / (wing.area * length)))
     return tuple(result)
@@ -169,6 +178,7 @@ def findings(model: Model, figures: Survey) -> tuple[Finding, ...]:
     return (
         *_balance(figures), *_tails(figures), *_controls(aircraft, figures),
         *_masses(aircraft, figures), *_strips(model), *_sections(model),
+        *_reynolds(model),
         *(Finding('assumed', text, 'give it in an aircraft file, see poststall new')
           for text in aircraft.assumptions))
 
@@ -191,10 +201,9 @@ def _balance(figures: Survey) -> Iterator[Finding]:
 
 def _volumes(figures: Survey) -> tuple[float, float]:
     """
-    Return the horizontal and the vertical volume of what stands behind the wing.
+    Return the horizontal and the vertical volume of all that stands behind the wing.
 
-    About the wing's quarter chord, Raymer's arm, which is the same wherever the centre of gravity
-    stands; a V-tail counts as both, by the squares of cosine and sine of its dihedral.
+    A V-tail counts as both, by the squares of cosine and sine of its dihedral.
     """
     wing, *others = figures.planforms
     moments = [(each.area * max(each.quarter_x - wing.quarter_x, 0.0), each.dihedral)
@@ -254,11 +263,28 @@ def _controls(aircraft: Aircraft, figures: Survey) -> Iterator[Finding]:
     for name in sorted(backward):
         yield Finding(name, f'a positive deflection {POSITIVE[name][2]}',
                       'change the sign of its gains, or sticks and autopilots work backwards')
+    for name, does in (('aileron', 'roll'), ('rudder', 'yaw')):
+        if name in authority and abs(authority[name][POSITIVE[name][0]]) < NO_AUTHORITY:
+            together = _together(aircraft, name)
+            yield Finding(
+                name, ('right and left move together: it' if together else 'it')
+                + f' does not {does}',
+                'give the gains of right and left opposite signs' if together else
+                f'look at its effectors: none of them makes it {does}')
     if 'aileron' in authority:
         rate = abs(authority['aileron'][0] / figures.roll_damping)
-        if rate < ROLL_RATE:
+        if rate < ROLL_RATE and abs(authority['aileron'][0]) >= NO_AUTHORITY:
             yield Finding('aileron', f'rolls by p b/2V = {rate:.3f} at full deflection',
                           f'give it more span or chord: {ROLL_RATE:g} is little')
+
+
+def _together(aircraft: Aircraft, name: str) -> bool:
+    """Tell whether a control moves both halves of symmetric surfaces the same way."""
+    halves = {surface.name for surface in aircraft.surfaces if surface.symmetric}
+    parts = [each for control in aircraft.controls if control.name == name
+             for each in control.effectors if each.surface in halves]
+    right, left = (sum(each.gain for each in parts if each.side != other) for other in (-1, 1))
+    return right * left > 0.0
 
 
 def _masses(aircraft: Aircraft, figures: Survey) -> Iterator[Finding]:
@@ -304,3 +330,19 @@ def _sections(model: Model) -> Iterator[Finding]:
                 f'airfoil {airfoil.name}', f'its lift falls by {math.radians(fall):.3f} per deg '
                 f'past the stall; up to {math.radians(steepest):.3f} the flow of such a wing has '
                 'one solution only', 'soften its table, or average over more chords (--ell)')
+
+
+def _reynolds(model: Model) -> Iterator[Finding]:
+    """Compare the section tables with the flow in level flight at the stall."""
+    lattice, aircraft = model.lattice, model.aircraft
+    wing = max(aircraft.surfaces, key=lambda surface: planform(surface).area)
+    flown = {section.airfoil for section in wing.sections}
+    curves = [polars.section_polar(airfoil) for airfoil in aircraft.airfoils
+              if airfoil.name in flown and not airfoil.deflection]
+    greatest = max(float(curve.at(np.array([curve.stall_high]))[0, 0]) for curve in curves)
+    air = standard_air(0.0)
+    slow = math.sqrt(2.0 * aircraft.mass.mass * GRAVITY
+                     / (air.density * planform(wing).area * greatest))
+    for excess in envelope.reynolds(slow, air, lattice):
+        yield Finding('sections', f'at {slow:.3g} m/s, the stall in level flight: {excess.text}',
+                      'give them tables of about that Reynolds number')

@@ -71,14 +71,9 @@ class Block:
 
 
 def pages() -> dict[str, list[Block]]:
-    """
-    Return the blocks of each page that has any, by its path.
-
-    The README is none of them: it shows what there is, with files that nobody has and hours of
-    computing. `test_readme` holds that each of its lines is understood.
-    """
+    """Return the blocks of each page that has any, by its path: of the README and of docs."""
     found = {}
-    for path in sorted((ROOT / 'docs').rglob('*.md')):
+    for path in (ROOT / 'README.md', *sorted((ROOT / 'docs').rglob('*.md'))):
         if '_build' not in path.parts and (blocks := blocks_of(path)):
             found[path.relative_to(ROOT).as_posix()] = blocks
     return found

@@ -69,5 +69,5 @@ def test_without_the_library_it_says_what_to_install(monkeypatch, capsys):
         cli.main(['--print-completion', 'bash'])
     assert end.value.code == 2
     assert capsys.readouterr().err == (
-        "poststall: --print-completion needs shtab: pip install 'poststall_sim[completion]' "
+        "poststall: --print-completion needs shtab: pip install '.[completion]' in the checkout "
         '(see poststall --help)\n')

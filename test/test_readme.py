@@ -72,7 +72,7 @@ def test_the_readme_has_the_table_of_the_validation_and_is_short():
 
 def test_every_command_line_of_the_readme_parses(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)   # what is written there must need no folder
-    blocks = re.findall(r'^```\w*\n(.*?)^```', README, re.MULTILINE | re.DOTALL)
+    blocks = re.findall(r'^```[^\n]*\n(.*?)^```', README, re.MULTILINE | re.DOTALL)
     lines = [line for block in blocks for line in block.replace('\\\n', ' ').splitlines()
              if line.startswith('poststall ')]
     commands = [cli.parse(shlex.split(line, comments=True)[1:]).command for line in lines]

@@ -271,7 +271,7 @@ def test_a_database_that_is_not_whole(trainer, tmp_path):
     ('rosbags.rosbag2', ['plot', '.'],
      'poststall: bags need the rosbags library: pip install rosbags'),
     ('pyarrow', ['campaign', 'plot', '.'],
-     "poststall: campaigns need pyarrow: pip install 'poststall_sim[campaign]'"),
+     "poststall: campaigns need pyarrow: pip install '.[campaign]' in the checkout"),
 ])
 def test_a_library_that_is_not_there(library, words, message, tmp_path):
     """In a process of its own: in this one others hold on to what they have imported."""

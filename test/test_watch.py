@@ -121,7 +121,7 @@ def test_strips_are_grouped_by_surface_the_widest_first():
 
 @pytest.mark.parametrize('missing, said', [
     ('aiohttp', 'pip install aiohttp'), ('plotly.offline', 'pip install plotly'),
-    ('rclpy', "pip install 'poststall_sim[ros]'")])
+    ('rclpy', "pip install '.[ros]' in the checkout")])
 def test_without_what_it_needs_the_command_says_what_to_install(monkeypatch, capsys, missing,
                                                                 said):
     for needed in {'aiohttp', 'rclpy', 'plotly'} - {missing.partition('.')[0]}:

@@ -22,7 +22,7 @@ from poststall_sim.aero.wake import Shape
 from poststall_sim.aircraft import Aircraft, ConfigError
 from poststall_sim.atmosphere import STANDARD, Atmosphere
 from poststall_sim.autopilot_law import Law
-from poststall_sim.campaign import paths, pilots, sampling
+from poststall_sim.campaign import effect, paths, pilots, sampling
 from poststall_sim.campaign.case import Case, Flying, Initial, Recovered, Steady, Stop
 from poststall_sim.campaign.definition import EXAMPLE, FLIGHT, NOBODY, Campaign
 from poststall_sim.campaign.sampling import Distribution, Value
@@ -33,7 +33,7 @@ from poststall_sim.weather import CALM
 CPU_LIMIT = 600.0
 """Of a flight, where nothing else is asked for [s of processor time]."""
 PROBED = 12
-"""In so many cases, over all of the design, it is tried whether a key changes anything."""
+"""In so many cases, over all of the design, so many values of a key are tried for an effect."""
 _SECONDS = {'duration_s': (1e-3, 86400.0), 'dt_s': (1e-5, 1.0), 'cpu_limit_s': (1e-3, 1e6)}
 _ATMOSPHERE = ('temperature_offset_K', 'sea_level_pressure_Pa', 'density_kg_m3')
 _ANGLE, _RATE = (-180.0, 180.0), (-3600.0, 3600.0)
@@ -153,6 +153,7 @@ def functions(campaign: Campaign) -> list[str]:
 def check(campaign: Campaign) -> int:
     """Refuse a campaign of which any case cannot be, or any key changes nothing; count cases."""
     builder, law_flies = Builder(campaign), False
+    kept, watched = frozenset(campaign.quantities), {'recovered': False, 'spin_alpha_deg': False}
     for index, values in enumerate(builder.design):
         try:
             case = builder.case(index, values)
@@ -163,10 +164,16 @@ def check(campaign: Campaign) -> int:
                               f'{error}') from None
         if isinstance(case.task, Flying):
             law_flies = law_flies or case.task.law is not None
+            watched['recovered'] |= effect.watches_recovery(case.task, kept)
+            watched['spin_alpha_deg'] |= effect.watches_spin(case.task, kept)
         elif index == 0:
             _require_condition(campaign, case.task)
     if campaign.tree.get('law') and not law_flies:
         raise campaign.where.error(f'law: changes nothing, the autopilot is never {EXAMPLE}')
+    for key, needed in watched.items():
+        if campaign.tree.get(key) and not needed:
+            raise campaign.where.error(f'{key}: changes nothing, no quantity that is kept and no '
+                                       'stop goes by it')
     for place, variable in enumerate(campaign.variables):
         _require_effect(builder, place, variable)
     return len(builder.design)
@@ -201,23 +208,19 @@ def _require_effect(builder: Builder, place: int, variable: sampling.Variable) -
     """Refuse a key that none of a few cases changes with, whatever it is given."""
     design = builder.design
     others = list(variable.over.quantile([0.25, 0.75])) \
-        if isinstance(variable.over, Distribution) else [variable.over[0], variable.over[-1]]
+        if isinstance(variable.over, Distribution) else \
+        [*variable.over[:PROBED], variable.over[-1]]
     for index in range(0, len(design), max(1, len(design) // PROBED)):
         prints = set()
         for other in others:
             values = list(design[index])
             values[place] = float(other) if isinstance(variable.over, Distribution) else other
-            prints.add(_print(builder.case(0, tuple(values))))
-        if len(prints) > 1:
-            return
+            prints.add(effect.fingerprint(builder.case(0, tuple(values))))
+            if len(prints) > 1:
+                return
     raise builder.campaign.where.error(
         f'vary[{place}].key: {variable.key} changes nothing here, from {shown(others[0])} to '
         f'{shown(others[1])}')
-
-
-def _print(case: Case) -> tuple[str, str, str]:
-    """Return what a case is told from others by, but for its number."""
-    return case.model_key, repr(case.task), repr(case.settings)
 
 
 def _require_condition(campaign: Campaign, task: Steady) -> None:

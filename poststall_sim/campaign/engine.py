@@ -73,7 +73,8 @@ def _distributed() -> Any:
     try:
         import distributed
     except ImportError:
-        raise ImportError("campaigns need Dask: pip install 'poststall_sim[campaign]'") from None
+        raise ImportError(
+            "campaigns need Dask: pip install '.[campaign]' in the checkout") from None
     return distributed
 
 

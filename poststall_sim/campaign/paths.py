@@ -51,5 +51,6 @@ def _step(tree: Any, step: str, path: str, where: Place, *, last: bool) -> Any:
         if step.isdecimal() and int(step) < len(tree):
             return int(step)
         known = [*named] or [str(index) for index in range(len(tree))]
-    raise where.error(f'key {path}: there is no {shown(step)}, there are {listed(known)}'
+    raise where.error(f'key {path}: there is no {shown(step)}, '
+                      + (f'there are {listed(known)}' if known else 'nothing is there')
                       + suggestion(step, known))

@@ -36,7 +36,7 @@ def _arrow() -> Any:
         import pyarrow.compute
         import pyarrow.parquet
     except ImportError:
-        raise ImportError("campaigns need pyarrow: pip install 'poststall_sim[campaign]'") \
+        raise ImportError("campaigns need pyarrow: pip install '.[campaign]' in the checkout") \
             from None
     return pyarrow
 
@@ -77,8 +77,8 @@ class Store:
             import xarray
             import zarr
         except ImportError:
-            raise ImportError("histories need xarray and zarr: pip install "
-                              "'poststall_sim[campaign]'") from None
+            raise ImportError("histories need xarray and zarr: pip install '.[campaign]' in the "
+                              'checkout') from None
         if not path.exists():
             import dask.array
             data = dask.array.full((cases, samples, len(columns)), np.nan,

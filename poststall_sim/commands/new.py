@@ -34,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     from poststall_sim import aircraft_writer, avl_reader, definition, sizing
     from poststall_sim.reader import Place
-    name = Place('poststall new').key('NAME').name(arguments.name)
+    name = Place('NAME').name(arguments.name)
     path = arguments.output or Path(f'{name}.yaml')
     given = {key: getattr(arguments, key) for key in ('span', 'chord', 'mass', 'tail_volume')
              if getattr(arguments, key) is not None}
@@ -63,8 +63,8 @@ def run(arguments: argparse.Namespace) -> int:
         remarks = (
             f'{name}: span {numbers.span:g} m, chord {numbers.chord:g} m, {numbers.mass:g} kg.',
             '',
-            f'Tail volume {numbers.tail_volume:g} on an arm of {sizing.TAIL_ARM:g} chords, fin '
-            f'volume {sizing.VERTICAL_VOLUME:g}.',
+            f'Tail volume {numbers.tail_volume:g} on an arm of {sizing.TAIL_ARM:g} chords between '
+            f'quarter chords, fin volume {sizing.VERTICAL_VOLUME:g}; lengths are rounded.',
             f'The centre of gravity stands {100 * sizing.STATIC_MARGIN:g} % of the chord ahead of '
             'the neutral point.',
             'Radii of gyration of ordinary aircraft; full thrust is '

@@ -46,7 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
     except ImportError as error:
         raise ImportError(
             f'the live page hears ROS 2, which is not here ({error}): source ROS 2 Jazzy, or '
-            "pip install 'poststall_sim[ros]'") from error
+            "pip install '.[ros]' in the checkout") from error
     with watch.watching(arguments.namespace, arguments.aircraft) as simulator:
         server = Server(simulator, control=arguments.control, rate=arguments.rate)
 

@@ -104,7 +104,8 @@ class StateSpace:
             import control
         except ImportError:
             raise ImportError(
-                "python-control is not installed: pip install 'poststall_sim[control]'") from None
+                "python-control is not installed: pip install '.[control]' in the "
+                'checkout') from None
         return control.ss(
             self.a, self.b, self.c, self.d, 0 if self.dt is None else self.dt,
             states=list(self.states), inputs=list(self.inputs), outputs=list(self.outputs))
