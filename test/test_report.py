@@ -4,6 +4,7 @@
 
 import html.parser
 import json
+import re
 import sys
 from contextlib import ExitStack
 
@@ -231,9 +232,14 @@ def test_a_bag_tells_how_it_was_flown(folder, tmp_path):
 
 
 def test_figures_are_rounded_and_what_is_none_is_left_out(of_bag, of_json):
-    for page in (of_bag, of_json):   # a straight stall: its sideslip is the solver's noise
-        assert 'beta min [deg]0beta max [deg]0' in page.said
-    assert 'none' not in of_json.said   # neither a fixed density nor turbulence
+    for page in (of_bag, of_json):
+        figures = rows_of(page.data, 'In figures')
+        assert len(figures) > 10   # never the last digits of what is zero, as -5e-07
+        assert all(re.fullmatch(r'-?\d+(\.\d{1,2})?', text) for text in figures.values()), figures
+    told = of_json.data['tables']
+    assert 'none' not in {text for _, rows in told for _, text in rows}
+    assert 'temperature offset [K]' in rows_of(of_json.data, 'Atmosphere')   # no fixed density
+    assert 'density [kg/m^3]' not in rows_of(of_json.data, 'Atmosphere')
 
 
 def test_settings_are_in_the_page(of_bag, of_json, of_polar):

@@ -14,7 +14,7 @@ const poststallFigures = (colours) => {
   const count = (n) => Array.from({length: n}, (_, i) => i);
   const axis = (title, more) => ({title: {text: title, standoff: 6}, ...grid, ...more});
   const clean = (layout) => ({font, paper_bgcolor: '#fff', plot_bgcolor: '#fff',
-    showlegend: false, ...layout});
+    separators: '.', showlegend: false, ...layout});
   const key = (colour, text) => '<span style="color:' + colour + '">' + text + '</span>';
   // Zero has no sign.
   const fixed = (value, digits) => value.toFixed(digits).replace(/^-(?=[0.]+$)/, '');

@@ -133,7 +133,7 @@
       xaxis: side(narrow ? 'E [m]' : 'east [m]', 0),
       yaxis: side(narrow ? 'N [m]' : 'north [m]', 1),
       zaxis: {...side(narrow ? '' : 'altitude [m]', 2), tickmode: 'array',
-        tickvals: ticks(low[2] + 0.1 * size[2], high[2], narrow ? 3 : 6)},
+        tickvals: ticks(low[2] + 0.1 * size[2], high[2], narrow ? 4 : 6)},
       aspectmode: 'manual', dragmode: 'turntable',
       aspectratio: {x: ratio[0], y: ratio[1], z: ratio[2]},
       camera: camera(ratio)}}), config);
