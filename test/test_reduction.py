@@ -312,5 +312,5 @@ def test_python_control_takes_it_with_its_names(case):
 def test_without_python_control_it_says_what_to_install(monkeypatch):
     space = StateSpace(np.eye(1), np.eye(1), np.eye(1), np.eye(1), 0.1, ('x',), ('u',), ('y',))
     monkeypatch.setitem(sys.modules, 'control', None)
-    with pytest.raises(ImportError, match=r"pip install 'poststall_sim\[control\]'"):
+    with pytest.raises(ImportError, match=r"pip install '\.\[control\]'"):
         space.to_control()
