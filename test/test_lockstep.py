@@ -84,10 +84,16 @@ class Tape:
         self.probe.spin_until(
             lambda: all(len(self.heard[name]) >= count for name in self.in_step),
             f'{count} steps')
-        clocks = {nanoseconds(deserialize_message(data, Clock).clock)
-                  for data in self.heard[topics.CLOCK.name]}
+        # The clock is best effort, and said again while time stands.
+        self.probe.spin_until(
+            lambda: self.time_ns() in self.clocks(), 'the clock of the last step')
         return {name: list(data) for name, data in self.heard.items()
-                if name != topics.CLOCK.name}, clocks
+                if name != topics.CLOCK.name}, self.clocks()
+
+    def clocks(self):
+        """Return the times that the clock has shown [ns]."""
+        return {nanoseconds(deserialize_message(data, Clock).clock)
+                for data in self.heard[topics.CLOCK.name]}
 
 
 def by_time(topic, messages_):
