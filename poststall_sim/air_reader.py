@@ -68,7 +68,7 @@ def _turbulence(read: Reader, altitude: float) -> Turbulence:
     """Read a turbulence of the specification, or one whose scale is given."""
     given = read.names()
     spectrum = read.choice('spectrum', SPECTRA, default=Spectrum.DRYDEN.value)
-    seed = _seed(read)
+    seed = whole_seed(read)
     if ('level' in given) == ('sigma_m_s' in given):
         raise read.where.error('expected either level or sigma_m_s, got '
                                + ('both' if 'level' in given else 'neither'))
@@ -83,7 +83,8 @@ def _turbulence(read: Reader, altitude: float) -> Turbulence:
     return read.build(lambda: military(spectrum, vertical, altitude=altitude, seed=seed))
 
 
-def _seed(read: Reader) -> int:
+def whole_seed(read: Reader) -> int:
+    """Read what random numbers begin with, 0 where nothing is said."""
     seed = read.number('seed', default=0, within=(0, 2 ** 53))
     if seed != int(seed):
         raise read.where.key('seed').error(f'must be a whole number, got {seed!r}')

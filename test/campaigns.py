@@ -40,6 +40,14 @@ def raises(trim, dt, seed):
     raise ValueError('no such thing')
 
 
+def misnames(trim, dt, seed):
+    return lambda snapshot: {{'elevatr': 0.1}}
+
+
+def says_nothing(trim, dt, seed):
+    return lambda snapshot: {{'elevator': float('nan')}}
+
+
 def kills(trim, dt, seed):
     os._exit(1)
 

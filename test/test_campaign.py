@@ -71,7 +71,8 @@ def test_what_fails_is_a_row_with_its_reason_and_the_rest_goes_on(tmp_path):
     path = campaigns.written(tmp_path / 'given', head + (
         'cpu_limit_s: 0.5\nvary:\n'
         '  - {key: autopilot, values: [none, "campaign_pilots:raises", "campaign_pilots:kills",\n'
-        '                              "campaign_pilots:spins"]}\n'))
+        '                              "campaign_pilots:spins", "campaign_pilots:misnames",\n'
+        '                              "campaign_pilots:says_nothing"]}\n'))
     sys.path.insert(0, str(tmp_path / 'given'))   # as the command does
     try:
         flown(path, tmp_path / 'out', workers=2)
@@ -79,10 +80,12 @@ def test_what_fails_is_a_row_with_its_reason_and_the_rest_goes_on(tmp_path):
         sys.path.remove(str(tmp_path / 'given'))
     found = rows(tmp_path / 'out')
     ends = [row['status'] for row in found]
-    assert ends == ['done', 'error', 'lost', 'timed_out']
+    assert ends == ['done', 'error', 'lost', 'timed_out', 'error', 'error']
     assert found[1]['reason'] == 'ValueError: no such thing'
     assert 'each of the 2 times' in found[2]['reason']
     assert 'more than 0.5 s of processor time' in found[3]['reason']
+    assert "commands 'elevatr', there are aileron, elevator" in found[4]['reason']
+    assert 'commands nan for elevator' in found[5]['reason']
     assert found[0]['height_lost_m'] is not None and found[2]['height_lost_m'] is None
 
 
@@ -96,6 +99,7 @@ def test_a_campaign_is_gone_on_with_and_one_of_another_definition_is_not(tmp_pat
         found = rows(tmp_path / 'whole')
         for row in found[3:]:
             store.add({**row}, None, {'cpu_s': 1.0, 'wall_s': 1.0, 'worker': 'x', 'tries': 1})
+    assert rows(out) == found[3:]   # what they cost is no part of what is drawn meanwhile
     begun = []
     original = engine.run
     with pytest.MonkeyPatch.context() as patch:
@@ -125,6 +129,28 @@ def test_a_row_of_a_worker_with_another_version_ends_the_run(tmp_path):
             list(engine.run(client, builder.cases(), other))
 
 
+def test_a_part_that_is_none_is_said_so(tmp_path):
+    """Cut off by a disk, perhaps: without it its rows are computed again."""
+    campaign, out = files.campaign(campaigns.written(tmp_path / 'given')), tmp_path / 'out'
+    given = job.identity(campaign), job.columns(campaign)
+    with table.opened(out, *given, resume=False):
+        (out / table.PARTS / 'part-000000.parquet').write_bytes(b'PAR1')
+    with pytest.raises(ConfigError, match=r'part-000000.parquet: no file of rows, remove it'):
+        table.read(out)
+    with pytest.raises(ConfigError, match=r'part-000000.parquet: no file of rows, remove it'):
+        with table.opened(out, *given, resume=True):
+            pass
+
+
+def test_room_for_the_histories_of_a_million_cases_is_made_at_once(tmp_path):
+    given = {'name': 'brief'}, {'case': int}
+    with table.opened(tmp_path / 'out', *given, resume=False) as store:
+        begin = time.process_time()
+        store.make_histories(1_000_000, 100, ['alpha', 'beta'])
+        assert time.process_time() - begin < 10.0   # block by block it took minutes
+    assert len(histories(tmp_path / 'out')) < 10    # none of their blocks is written
+
+
 def test_two_programs_do_not_write_into_one_folder(tmp_path):
     campaign = files.campaign(campaigns.written(tmp_path / 'given'))
     given = job.identity(campaign), job.columns(campaign)
@@ -139,12 +165,27 @@ def test_the_command_checks_flies_and_draws(tmp_path, capsys, monkeypatch):
     path = campaigns.written(tmp_path / 'given')
     assert cli.main(['campaign', str(path), '--check']) == 0
     assert 'brief: 8 cases' in capsys.readouterr().out
+    assert cli.main(['campaign', str(path), '--check', '--json', 'check.json']) == 0
+    assert json.loads((tmp_path / 'check.json').read_text())['cases'] == 8
     assert cli.main(['campaign', str(path), '--workers', '1', '--json', 'summary.json']) == 0
     assert 'done' in capsys.readouterr().out
     pytest.importorskip('matplotlib', reason='matplotlib is not installed')
     assert cli.main(['campaign', 'plot', 'brief']) == 0
     drawn = {each.name for each in (tmp_path / 'brief' / 'figures').iterdir()}
     assert {'distributions.png', 'scatter.png', 'sensitivity.png'} <= drawn
+    assert cli.main(['campaign', 'plot', 'brief', '--json', 'figures.json']) == 0
+    assert len(json.loads((tmp_path / 'figures.json').read_text())['figures']) == len(drawn)
+
+
+def test_a_folder_whose_rows_all_failed_has_nothing_to_draw_and_says_so(tmp_path, capsys):
+    campaign = files.campaign(campaigns.written(tmp_path / 'given'))
+    given = job.identity(campaign), job.columns(campaign)
+    with table.opened(tmp_path / 'out', *given, resume=False) as store:
+        for case in cases.Builder(campaign).cases():
+            failed = engine._failed(case, ValueError('x'))
+            store.add(failed.row, None, failed.cost)
+    assert cli.main(['campaign', 'plot', str(tmp_path / 'out')]) == 1
+    assert 'nothing to draw, no quantity differs between its rows, 8 of' in capsys.readouterr().err
 
 
 def test_a_scheduler_that_is_not_there_is_said_so(tmp_path, capsys):

@@ -22,10 +22,12 @@ from poststall_sim import (
 )
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.campaign import case as records
-from poststall_sim.campaign import cases, compute, pilots, sampling
+from poststall_sim.campaign import cases, compute, measures, pilots, sampling
 from poststall_sim.campaign import definition as files
 from poststall_sim.campaign.case import Outcome
 from poststall_sim.campaign.sampling import Distribution, Method, Samples, Variable
+from poststall_sim.frames import rotation
+from poststall_sim.scenario import Channel, Scenario
 
 
 def campaign(tmp_path, text=campaigns.BRIEF, **changes):
@@ -59,7 +61,16 @@ def varied(vary, more=''):
     ('{key: initial.alpha_deg, normal: {mean: 9, deviation: 0}}', 'deviation must be above 0'),
     ('{key: initial.alpha_deg, values: [3]}', 'does not vary'),
     ('{key: initial.alpha_deg, values: [3, 4, 3]}', 'one value twice'),
+    ('{key: initial.alpha_deg, values: [3, 3.0]}', 'one value twice'),
     ('{key: initial.alpha_deg, values: [3, high]}', 'values of one kind'),
+    ('{key: initial.alpha_deg, distribution: {name: linregress, x: 1.0}}',
+     r'vary\[0\].distribution: scipy.stats has no distribution linregress'),
+    ('{key: initial.alpha_deg, distribution: {name: rv_histogram, histogram: 1.0}}',
+     'scipy.stats has no distribution rv_histogram'),
+    ('{key: initial.alpha_deg, distribution: {name: norm, scael: 1.0}}',
+     'norm is no distribution of these parameters.*scael'),
+    ('{key: aircraft, values: [trainer, glider]}', 'aircraft'),
+    ('{key: initial, values: [1, 2]}', 'initial'),
     ('{key: initial.alpha_deg}', 'must have one of values, grid'),
     ('{key: aircraft.description, values: [a, b]}',
      r'vary\[0\].key: aircraft.description changes nothing'),
@@ -69,7 +80,7 @@ def varied(vary, more=''):
 ])
 def test_what_cannot_be_flown_is_refused_with_its_key(tmp_path, vary, message):
     text = varied(vary)
-    if 'uniform' in vary or 'normal' in vary:
+    if any(word in vary for word in ('uniform', 'normal', 'distribution')):
         text += 'samples: {count: 2}\n'
     with pytest.raises(ConfigError, match=message) as caught:
         cases.check(campaign(tmp_path, text))
@@ -85,10 +96,17 @@ def test_what_cannot_be_flown_is_refused_with_its_key(tmp_path, vary, message):
     ('scenario: stall_and_recovery\nlaw: {stall_alpha: 0.2}\n', 'scenario: flies alone'),
     ('law: {stall_alpha: 0.2}\n', 'law: changes nothing, the autopilot is never example'),
     ('sed: 3\n', 'unknown key sed'),
+    ('seed: 1.5\n', 'seed: must be a whole number, got 1.5'),
 ])
 def test_what_is_wrong_elsewhere_is_refused(tmp_path, more, message):
     with pytest.raises(ConfigError, match=message):
         cases.check(campaign(tmp_path, varied('{key: initial.alpha_deg, values: [3, 4]}', more)))
+
+
+def test_what_is_drawn_from_few_values_acts_by_them_and_not_by_quartiles(tmp_path):
+    """Both quartiles of a coin that falls on one side of five are the other side."""
+    text = varied('{key: initial.roll_deg, distribution: {name: bernoulli, p: 0.2}}')
+    assert cases.check(campaign(tmp_path, f'{text}samples: {{count: 10}}\n')) == 10
 
 
 def test_a_law_that_flies_in_some_cases_only_may_vary(tmp_path):
@@ -202,6 +220,37 @@ def test_a_scenario_flies_in_a_campaign_as_it_does_alone(tmp_path):
     assert found.quantities['height_lost_m'] == pytest.approx(alone['altitude_lost_m'], abs=1e-6)
     assert found.quantities['final_alpha_deg'] == pytest.approx(
         math.degrees(flight.snapshot.alpha), abs=1e-6)
+
+
+def test_a_jump_of_a_scenario_comes_in_the_same_step_as_alone(tmp_path):
+    """Its time is compared with that of steps: rounded in another way they would miss it by one."""
+    text = varied('{key: scenario.initial.airspeed_m_s, values: [11.0, 12.0]}',
+                  'scenario: stall_and_recovery\n').replace('airspeed_m_s: 12.0, ', '')
+    case = next(cases.Builder(campaign(tmp_path, text)).cases())
+    flight = compute._started(compute._built(case), case.model_key, case.task)
+    dt = flight.dt_ns
+    steps = next(k for k in range(10_000) if 1e-9 * (k * dt) + 1e-9 * dt < (k + 1) * dt * 1e-9)
+    at = (steps + 1) * dt * 1e-9
+    jump = Scenario('jump', 99.0, 11.0, 150.0, (
+        Channel('elevator', ((at, 0.0), (at, 0.1)), relative=False),))
+    command = pilots.commanding(flight, dataclasses.replace(case.task, scenario=jump), 0)
+    commanded = [dict(zip(flight.model.aircraft.control_names, command(dataclasses.replace(
+        flight.snapshot, time_ns=k * dt)).deflections.tolist()))['elevator']
+        for k in (steps - 1, steps)]
+    assert commanded == [0.0, 0.1] == [
+        jump.commands((k + 1) * dt * 1e-9, {})['elevator'] for k in (steps - 1, steps)]
+
+
+def test_turns_are_counted_from_the_first_step_on(tmp_path):
+    text = campaigns.BRIEF.replace('altitude_m: 150.0', 'altitude_m: 150.0, yaw_rate_deg_s: 200.0')
+    case = list(cases.Builder(campaign(tmp_path, text)).cases())[-1]   # 30 deg, beyond 16
+    flight = compute._started(compute._built(case), case.model_key, case.task)
+    seen = measures.Measures(flight, case.task)
+    assert seen.quantities()['stalled_turn_deg'] == 0.0
+    seen.add(flight.step(flight.trim))
+    body = flight.snapshot.body
+    assert seen.quantities()['stalled_turn_deg'] == pytest.approx(abs(
+        math.degrees((rotation(body.q_NB) @ body.rates_B)[2]) * flight.dt_ns * 1e-9), rel=1e-12)
 
 
 def test_the_example_law_opens_the_throttle_in_a_stall_and_nobody_does_not(tmp_path):

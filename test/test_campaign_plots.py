@@ -30,8 +30,9 @@ def test_every_kind_of_figure_is_drawn_of_a_table_with_gaps(tmp_path):
             'status': ['done'] * 11 + ['lost'], 'reason': [''] * 12,
             'recovered': [False] * 5 + [True] * 6 + [None],
             'height_lost_m': [*np.linspace(1.0, 9.0, 11).tolist(), None], 'numpy': ['2'] * 12}
-    definition = {'name': 'x', 'variables': [[key, []] for key in (
-        'autopilot', 'initial.alpha_deg', 'initial.roll_rate_deg_s')]}
+    definition = {'name': 'x', 'quantities': ['recovered', 'height_lost_m'],
+                  'variables': [[key, []] for key in (
+                      'autopilot', 'initial.alpha_deg', 'initial.roll_rate_deg_s')]}
     drawn = campaign.draw_campaign(definition, rows, tmp_path)
     assert [path.name for path in drawn] == [
         'distributions.png', 'scatter.png', 'sensitivity.png', 'envelope_recovered.png']

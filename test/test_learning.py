@@ -144,6 +144,11 @@ def test_an_action_that_is_none_is_refused_and_one_out_of_bounds_is_cut(env):
     assert same([env.step(env.action_space.high)], [cut])
 
 
+def test_an_action_is_held_for_whole_steps():
+    with pytest.raises(ConfigError, match='steps_per_action must be a whole number'):
+        RecoveryEnv(steps_per_action=2.5)
+
+
 def test_the_reward_is_the_height_the_time_and_the_crash(env):
     """Over whole episodes: of a dive into the ground, and of one that runs out of time."""
     env.reset(seed=1, options={'altitude': 6.0})

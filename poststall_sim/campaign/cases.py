@@ -207,14 +207,14 @@ def longest(builder: Builder) -> float:
 def _require_effect(builder: Builder, place: int, variable: sampling.Variable) -> None:
     """Refuse a key that none of a few cases changes with, whatever it is given."""
     design = builder.design
-    others = list(variable.over.quantile([0.25, 0.75])) \
-        if isinstance(variable.over, Distribution) else \
-        [*variable.over[:PROBED], variable.over[-1]]
+    others: list[Value] = [*variable.over[:PROBED], variable.over[-1]] \
+        if not isinstance(variable.over, Distribution) else \
+        [*variable.over.quantile([0.25, 0.75]).tolist(), *design.ends(place)]
     for index in range(0, len(design), max(1, len(design) // PROBED)):
         prints = set()
         for other in others:
             values = list(design[index])
-            values[place] = float(other) if isinstance(variable.over, Distribution) else other
+            values[place] = other
             prints.add(effect.fingerprint(builder.case(0, tuple(values))))
             if len(prints) > 1:
                 return

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from poststall_sim import definition
+from poststall_sim import air_reader, definition
 from poststall_sim.campaign.compute import STEADY_QUANTITIES
 from poststall_sim.campaign.measures import QUANTITIES
 from poststall_sim.campaign.sampling import (
@@ -36,6 +36,8 @@ EXAMPLE, NOBODY = 'example', 'none'
 _DISTRIBUTIONS = {
     'uniform': ('from', 'to'), 'normal': ('mean', 'deviation'),
     'triangular': ('from', 'mode', 'to'), 'lognormal': ('median', 'sigma')}
+_NUMBERS = ('duration_s', 'dt_s', 'cpu_limit_s', 'spin_alpha_deg')
+"""Of a flight, which a file may leave out."""
 _MOST = 10_000_000
 SHORTEST_SAMPLE = 1e-3
 """Between two samples of a history [s]: no step of a flight is shorter, but room would be kept."""
@@ -84,7 +86,7 @@ def campaign(path: str | os.PathLike[str]) -> Campaign:
         scenario_file = _pilot(read, tree, folder)
         for block in ('stop', 'recovered'):
             tree[block] = read.mapping(block, default={}).tree
-        for key in ('duration_s', 'dt_s', 'cpu_limit_s', 'spin_alpha_deg'):
+        for key in _NUMBERS:
             number = read.number_if_any(key, above=0)
             if number is not None:
                 tree[key] = number
@@ -99,7 +101,7 @@ def campaign(path: str | os.PathLike[str]) -> Campaign:
         if kind == FLIGHT else None
     keep.done()
     samples = _samples(read, variables)
-    seed = int(read.number('seed', default=0, at_least=0, at_most=2 ** 53))
+    seed = air_reader.whole_seed(read)
     name = read.name('name')
     read.done()
     total = samples.count if any(isinstance(v.over, Distribution) for v in variables) else 1
@@ -138,10 +140,9 @@ def _variable(read: Reader, tree: dict[str, Any], aircraft_file: Path) -> Variab
             f'{key}: nothing of {aircraft_file.name} can vary, it is a file of AVL; poststall new '
             f'NAME --from {aircraft_file.name} makes one of ours of it')
     if root not in tree:
-        free = {'duration_s', 'dt_s', 'cpu_limit_s', 'spin_alpha_deg'} if 'autopilot' in tree \
-            or 'scenario' in tree else set()
+        free = _NUMBERS if 'initial' in tree else ()
         if key not in free:
-            known = [*tree, *sorted(free - set(tree))]
+            known = list(dict.fromkeys([*tree, *sorted(free)]))
             raise read.where.key('key').error(
                 f'key {key}: there is no {root} here, there are {listed(known)}'
                 + suggestion(root, known))
@@ -152,7 +153,7 @@ def _variable(read: Reader, tree: dict[str, Any], aircraft_file: Path) -> Variab
             f'{key} must have one of values, grid, {", ".join(_DISTRIBUTIONS)}, distribution; got '
             f'{listed(ways)}')
     over = _over(read, key, ways[0])
-    if not isinstance(over, Distribution) and len({repr(value) for value in over}) < len(over):
+    if not isinstance(over, Distribution) and len(set(over)) < len(over):
         raise read.where.error(f'{key} is given one value twice: {shown(list(over))}')
     if not isinstance(over, Distribution) and len(over) < 2:
         raise read.where.error(f'{key} does not vary: it is given one value, {shown(list(over))}')

@@ -37,7 +37,7 @@ class Measures:
     def __init__(self, flight: Flight, task: Flying) -> None:
         self._task, self._dt = task, flight.dt_ns * 1e-9
         first = flight.snapshot
-        self._top = self._altitude = first.body.altitude
+        self._top = first.body.altitude
         self._peaks = dict.fromkeys(('alpha', 'beta', 'rate', 'load', 'stalled'), 0.0)
         self._least_airspeed = first.airspeed
         self._lost = self._turn = self._turned = self._residual = 0.0
@@ -54,6 +54,10 @@ class Measures:
         self._steps += 1
         self._not_converged += snapshot.status is Status.NOT_CONVERGED
         self._residual = max(self._residual, float(snapshot.max_residual))
+        vertical = float((rotation(snapshot.body.q_NB) @ snapshot.body.rates_B)[2])
+        deep = abs(snapshot.alpha) > self._task.spin_alpha
+        self._turn = self._turn + vertical * self._dt if deep else 0.0
+        self._turned = max(self._turned, abs(self._turn))
         self._look(snapshot)
 
     def copy(self) -> 'Measures':
@@ -73,10 +77,6 @@ class Measures:
         self._least_airspeed = min(self._least_airspeed, snapshot.airspeed)
         self._top = max(self._top, snapshot.body.altitude)
         self._lost = max(self._lost, self._top - snapshot.body.altitude)
-        vertical = float((rotation(snapshot.body.q_NB) @ rates)[2])
-        deep = abs(snapshot.alpha) > self._task.spin_alpha
-        self._turn = self._turn + vertical * self._dt if deep else 0.0
-        self._turned = max(self._turned, abs(self._turn))
         if self._recovered_at is None:
             self._watch(snapshot, rates)
         every = self._task.history_every

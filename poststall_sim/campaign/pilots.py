@@ -4,6 +4,7 @@
 
 import importlib
 import inspect
+import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from poststall_sim.aircraft import ConfigError
 from poststall_sim.autopilot_law import Memory, Seen
 from poststall_sim.campaign.case import Flying
 from poststall_sim.frames import euler_from_quaternion
+from poststall_sim.reader import listed, shown
 from poststall_sim.simulation import Flight
 from poststall_sim.state import Controls, Snapshot
 
@@ -52,13 +54,29 @@ def _pilot(flight: Flight, task: Flying, seed: int, trim: dict[str, float]) -> P
     dt = flight.dt_ns * 1e-9
     if task.scenario is not None:
         scenario = task.scenario
-        # The controls of a step are those at its end.
-        return lambda snapshot: scenario.commands(snapshot.time + dt, trim)
+        # The controls of a step are those at its end; in whole nanoseconds, as `jobs.fly` has it.
+        return lambda snapshot: scenario.commands(
+            (snapshot.time_ns + flight.dt_ns) * 1e-9, trim)
     if task.law is not None:
         return _example(task.law, trim, dt)
     if task.autopilot is not None:
-        return imported(task.autopilot)(trim=trim, dt=dt, seed=seed)
+        return _checked(imported(task.autopilot)(trim=trim, dt=dt, seed=seed), trim)
     return lambda snapshot: {}
+
+
+def _checked(pilot: Pilot, trim: Mapping[str, float]) -> Pilot:
+    """Return a pilot of the user's that raises what it commands amiss."""
+    known = {*trim, topics.THROTTLE}   # of an aircraft without engines it moves nothing
+
+    def command(snapshot: Snapshot) -> Mapping[str, float]:
+        told = pilot(snapshot)
+        for name, value in told.items():
+            if name not in known:
+                raise ValueError(f'the autopilot commands {shown(name)}, there are {listed(trim)}')
+            if not math.isfinite(value):
+                raise ValueError(f'the autopilot commands {value} for {name}')
+        return told
+    return command
 
 
 def _example(law: autopilot_law.Law, trim: dict[str, float], dt: float) -> Pilot:

@@ -39,9 +39,12 @@ class Distribution:
 
     def __post_init__(self) -> None:
         """Refuse parameters that make no distribution."""
+        found = getattr(stats, self.name, None)
+        if not isinstance(found, (stats.rv_continuous, stats.rv_discrete)):
+            raise ConfigError(f'scipy.stats has no distribution {self.name}')
         try:
-            ends = getattr(stats, self.name)(**self.parameters).ppf([1e-3, 0.5, 1.0 - 1e-3])
-        except (AttributeError, TypeError) as error:
+            ends = found(**self.parameters).ppf([1e-3, 0.5, 1.0 - 1e-3])
+        except (TypeError, ValueError) as error:
             raise ConfigError(f'{self.name} is no distribution of these parameters: {error}') \
                 from None
         if not np.isfinite(ends).all() or not ends[0] < ends[2]:
@@ -100,6 +103,11 @@ class Design(Sequence):
     def __len__(self) -> int:
         return self._samples * math.prod(
             len(column) for column in self._columns if isinstance(column, tuple))
+
+    def ends(self, place: int) -> tuple[float, float]:
+        """Return the least and the greatest value of a variable that is drawn, by its place."""
+        column = self._columns[place]
+        return float(column.min()), float(column.max())
 
     def __getitem__(self, index: int) -> tuple[Value, ...]:
         if not 0 <= index < len(self):

@@ -68,7 +68,7 @@ class Store:
 
     @staticmethod
     def _cases(path: Path) -> np.ndarray:
-        return _arrow().parquet.read_table(path, columns=['case'])['case'].to_numpy()
+        return _columns(path, ['case'])['case'].to_numpy()
 
     def make_histories(self, cases: int, samples: int, columns: Sequence[str]) -> None:
         """Make room for the histories of all cases, or open it."""
@@ -81,15 +81,17 @@ class Store:
                               'checkout') from None
         if not path.exists():
             import dask.array
-            data = dask.array.full((cases, samples, len(columns)), np.nan,
-                                   chunks=(1, samples, len(columns)), dtype=np.float64)
+            # One block, of which nothing is ever computed: blocks would be made, one a case.
+            data = dask.array.full((cases, samples, len(columns)), np.nan, chunks=-1,
+                                   dtype=np.float64)
             empty = xarray.Dataset(
                 {'history': (('case', 'sample', 'quantity'), data)},
                 coords={'case': np.arange(cases), 'quantity': list(columns)})
             unfinished = path.with_name('histories.tmp')
             shutil.rmtree(unfinished, ignore_errors=True)
             empty.to_zarr(unfinished, compute=False, consolidated=False, zarr_format=2,
-                          encoding={'history': {'_FillValue': np.nan}})
+                          encoding={'history': {'_FillValue': np.nan,
+                                                'chunks': (1, samples, len(columns))}})
             unfinished.rename(path)
         self._histories = zarr.open_group(path, mode='r+', use_consolidated=False)['history']
 
@@ -122,7 +124,7 @@ class Store:
         """
         self.flush()
         arrow = _arrow()
-        parts = [arrow.parquet.read_table(path, schema=self._schema) for path in self._parts()]
+        parts = [_columns(path, schema=self._schema) for path in self._parts()]
         table = arrow.concat_tables(parts or [self._schema.empty_table()])
         table = table.sort_by('case').combine_chunks()
         costs = table.select(['case', *(_PREFIX + name for name in COST_COLUMNS)])
@@ -134,6 +136,16 @@ class Store:
         spent = costs[_PREFIX + 'cpu_s'].to_numpy()
         taken = spent[spent > 0.0]
         return dict(sorted(ends.items())), float(taken.mean()) if taken.size else 0.0
+
+
+def _columns(path: Path, columns: Sequence[str] | None = None, schema: Any = None) -> Any:
+    """Return a file of rows as a table of Arrow."""
+    arrow = _arrow()
+    try:
+        return arrow.parquet.read_table(path, columns=columns, schema=schema)
+    except (arrow.ArrowInvalid, arrow.ArrowKeyError) as error:
+        raise ConfigError(f'{path}: no file of rows, remove it and go on with --resume: {error}') \
+            from None
 
 
 def _write(table: Any, path: Path) -> None:
@@ -225,8 +237,8 @@ def read(folder: Path) -> tuple[dict[str, Any], dict[str, list[Any]]]:
     arrow = _arrow()
     definition = _head(folder)
     if (folder / TABLE).exists():
-        return definition, arrow.parquet.read_table(folder / TABLE).to_pydict()
-    parts = [arrow.parquet.read_table(path)
+        return definition, _columns(folder / TABLE).to_pydict()
+    parts = [_columns(path, definition['columns'])   # what they cost stands beside them
              for path in sorted((folder / PARTS).glob('part-*.parquet'))]
     if not parts:
         raise ConfigError(f'{folder} has no rows yet')
@@ -235,4 +247,4 @@ def read(folder: Path) -> tuple[dict[str, Any], dict[str, list[Any]]]:
 
 def costs(folder: Path) -> dict[str, list[Any]]:
     """Return what the cases of a campaign that is through have cost, by column."""
-    return _arrow().parquet.read_table(folder / COSTS).to_pydict()
+    return _columns(folder / COSTS).to_pydict()

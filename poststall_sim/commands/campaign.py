@@ -51,6 +51,8 @@ def run(arguments: argparse.Namespace) -> int:
     total = cases.check(campaign)
     if arguments.check:
         terminal.say(f'{campaign.name}: {total} cases, each of them can be')
+        terminal.write_json(arguments.json, {
+            'campaign': campaign.name, 'kind': campaign.kind, 'cases': total})
         return 0
     folder = arguments.output or Path(campaign.name)
     try:
@@ -58,6 +60,9 @@ def run(arguments: argparse.Namespace) -> int:
                          workers=arguments.workers, resume=arguments.resume, told=terminal.say)
     except engine.EngineError as error:
         raise OSError(f'{error}; what has come is in {folder}: go on with --resume') from None
+    except KeyboardInterrupt:
+        terminal.complain(f'interrupted; what has come is in {folder}: go on with --resume')
+        return 130
     terminal.print_rows(f'{campaign.name}: {result["cases"]} cases', [
         *((status, count) for status, count in result['ends'].items()),
         ('processor time', f'{result["cpu_s_per_case"]:.3g} s a case, '
@@ -73,9 +78,17 @@ def _watch(items: Iterable, total: int) -> Iterator:
 def _draw(arguments: argparse.Namespace) -> int:
     from poststall_sim import plots
     from poststall_sim.campaign import table
+    from poststall_sim.jobs import NoResultError
     folder = Path(arguments.what[1])
     definition, rows = table.read(folder)
     output = arguments.output or folder / 'figures'
-    for path in plots.campaign_figures(definition, rows, output):
+    drawn = plots.campaign_figures(definition, rows, output)
+    if not drawn:
+        raise NoResultError(f'{folder}: nothing to draw, no quantity differs between its rows, '
+                            f'{len(rows["case"])} of them')
+    for path in drawn:
         terminal.drawn(path)
+    terminal.write_json(arguments.json, {
+        'campaign': definition['name'], 'rows': len(rows['case']),
+        'figures': [str(path) for path in drawn]})
     return 0

@@ -10,6 +10,7 @@ are those of the flight. The same seed and the same actions give the same bits.
 import multiprocessing
 from collections.abc import Mapping
 from dataclasses import dataclass
+from numbers import Integral
 from typing import Any
 
 import gymnasium
@@ -72,7 +73,7 @@ class RecoveryEnv(gymnasium.Env):
         """
         if multiprocessing.parent_process() is not None:
             threads.one_blas_thread()   # a worker beside others: each has a core, not all of them
-        if not 1 <= steps_per_action <= 10_000:
+        if not (isinstance(steps_per_action, Integral) and 1 <= steps_per_action <= 10_000):
             raise ConfigError('steps_per_action must be a whole number of 1 to 10000, got '
                               f'{steps_per_action!r}')
         if not 0.0 < duration <= 86400.0:

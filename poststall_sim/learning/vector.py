@@ -79,6 +79,8 @@ class DaskVectorEnv(VectorEnv):
     def __init__(self, makers: Iterable[Callable[[], gymnasium.Env]], *,
                  scheduler: str | None = None, workers: int | None = None) -> None:
         makers, self._gone = list(makers), False
+        if not makers:
+            raise ValueError('a vector has one environment at least, got none')
         self.num_envs = len(makers)
         self.metadata = {'autoreset_mode': AutoresetMode.NEXT_STEP, 'render_modes': []}
         with ExitStack() as stack:

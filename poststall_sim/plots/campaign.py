@@ -12,15 +12,13 @@ import numpy as np
 from poststall_sim.plots import style
 
 Columns = Mapping[str, Sequence[Any]]
-_FIXED = ('case', 'seed', 'status', 'reason', 'poststall_sim', 'numpy', 'scipy', 'numba')
 _MOST_PANELS = 6
 
 
 def draw_campaign(definition: Mapping[str, Any], rows: Columns, folder: Path) -> list[Path]:
     """Draw what a table has, and return the files; what cannot be drawn of it is left out."""
     inputs = [key for key, _ in definition['variables']]
-    quantities = [key for key in rows if key not in (*_FIXED, *inputs)]
-    numbers = {key: column for key in quantities
+    numbers = {key: column for key in definition['quantities']
                if (column := _number(rows[key])) is not None and _varies(column)}
     groups = {key: _group(rows[key]) for key in inputs}
     name, drawn = definition['name'], []
@@ -106,7 +104,8 @@ def sensitivity(values: np.ndarray, column: np.ndarray, by_group: bool) -> float
     if not by_group:
         return abs(float(spearmanr(values, column).statistic))
     ranks = rankdata(column)
-    means = np.array([ranks[values == value].mean() for value in values])
+    _, group = np.unique(values, return_inverse=True)
+    means = (np.bincount(group, ranks) / np.bincount(group))[group]
     return float(np.sqrt(np.var(means) / np.var(ranks)))
 
 
