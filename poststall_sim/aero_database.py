@@ -109,7 +109,7 @@ class Database:
         self._airspeed, self._altitude = airspeed, altitude
         self._cases = grid.cases(model.aircraft.control_names)
         self.rows = len(self._cases) * len(grid.alpha)
-        self._deflected = [jobs.deflections(model, {
+        self._deflected = [jobs.deflections(model.aircraft, {
             name: math.radians(value)
             for name, value in zip(model.aircraft.control_names, case.deflections)})
             for case in self._cases]

@@ -47,12 +47,12 @@ class NoResultError(RuntimeError):
     """The input is good, but there is no solution: not trimmed, not converged, diverged."""
 
 
-def deflections(model: Model, by_name: Mapping[str, float]) -> FloatArray:
+def deflections(aircraft: Aircraft, by_name: Mapping[str, float]) -> FloatArray:
     """Return deflections [rad] in the aircraft's order; unknown names and limits are refused."""
-    controls = {control.name: control for control in model.aircraft.controls}
+    controls = {control.name: control for control in aircraft.controls}
     for name, value in by_name.items():
         if name not in controls:
-            raise ConfigError(f'{model.aircraft.name} has no control {name!r}, it has '
+            raise ConfigError(f'{aircraft.name} has no control {name!r}, it has '
                               f'{", ".join(controls) or "none"}')
         if complaint := _beyond(name, controls[name].limits, value):
             raise ConfigError(complaint)

@@ -79,12 +79,12 @@ def environment(*folders):
 
 
 @contextlib.contextmanager
-def started(*words, folder, log):
+def started(*words, folder, log, **options):
     """Give a process of a Python module, ended when the block is."""
     with open(log, 'ab') as out:
         process = subprocess.Popen(
             [sys.executable, '-m', *words], env=environment(folder), cwd=folder,
-            stdout=out, stderr=subprocess.STDOUT)
+            stdout=out, stderr=subprocess.STDOUT, **options)
     try:
         yield process
     finally:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Campaigns on Dask: the same table whoever computed it, failures that are rows, nothing lost."""
 
+import errno
 import json
 import os
 import signal
@@ -177,6 +178,21 @@ def test_the_command_checks_flies_and_draws(tmp_path, capsys, monkeypatch):
     assert len(json.loads((tmp_path / 'figures.json').read_text())['figures']) == len(drawn)
 
 
+def test_a_full_disk_is_one_line_that_says_how_to_go_on(tmp_path, capsys, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, 'No space left on device')
+
+    path, out = campaigns.written(tmp_path / 'given'), str(tmp_path / 'out')
+    words = ['campaign', str(path), '--output', out, '--workers', '1']
+    with monkeypatch.context() as patch:
+        patch.setattr(table, '_write', full)
+        assert cli.main(words) == 2
+    said = capsys.readouterr().err
+    assert f'No space left on device; what has come is in {out}: go on with --resume' in said
+    assert cli.main([*words, '--resume']) == 0
+    assert {row['status'] for row in rows(tmp_path / 'out')} == {'done'}
+
+
 def test_a_folder_whose_rows_all_failed_has_nothing_to_draw_and_says_so(tmp_path, capsys):
     campaign = files.campaign(campaigns.written(tmp_path / 'given'))
     given = job.identity(campaign), job.columns(campaign)
@@ -193,6 +209,25 @@ def test_a_scheduler_that_is_not_there_is_said_so(tmp_path, capsys):
     assert cli.main(['campaign', str(path), '--output', str(tmp_path / 'out'),
                      '--scheduler', 'tcp://127.0.0.1:9']) == 2
     assert 'no scheduler answers at tcp://127.0.0.1:9' in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not hasattr(os, 'killpg'), reason='interrupts as a POSIX terminal does')
+def test_an_interrupt_is_one_line_and_says_how_to_go_on(tmp_path):
+    """Ctrl-C reaches the workers too, as all that runs in a terminal."""
+    head, _, _ = campaigns.BRIEF.partition('vary:')
+    path = campaigns.written(tmp_path / 'given', head + (
+        'autopilot: "campaign_pilots:make"\nvary:\n'
+        '  - {key: initial.alpha_deg, grid: {from: 2, to: 24, count: 400}}\n'), pause=0.1)
+    out, log = tmp_path / 'out', tmp_path / 'log.txt'
+    with campaigns.started('poststall_sim.cli', 'campaign', str(path), '--output', str(out),
+                           '--workers', '1', folder=tmp_path, log=log,
+                           start_new_session=True) as process:
+        campaigns.eventually(lambda: '400 of 400 cases' in log.read_text(), 'campaign')
+        os.killpg(process.pid, signal.SIGINT)
+        assert process.wait(60) == 130
+    said = log.read_text().splitlines()[1:]
+    assert said == [f'poststall: interrupted; what has come is in {out}: go on with --resume']
+    assert not (out / table.TABLE).exists()
 
 
 KILLED = """

@@ -76,7 +76,9 @@ def varied(vary, more=''):
      r'vary\[0\].key: aircraft.description changes nothing'),
     ('{key: aircraft.name, values: [a, b]}', 'aircraft.name changes nothing'),
     ('{key: law.stall_alpha, values: [0.2, 0.3]}', 'law.stall_alpha changes nothing'),
+    ('{key: initial.alpha_deg, values: []}', r'does not vary: it is given \[\]'),
     ('{key: autopilot, values: [none, exmaple]}', 'autopilot exmaple'),
+    ('{key: autopilot, values: [none, "math:pi"]}', 'math:pi: expected a function, got 3.14'),
 ])
 def test_what_cannot_be_flown_is_refused_with_its_key(tmp_path, vary, message):
     text = varied(vary)
@@ -223,7 +225,7 @@ def test_a_scenario_flies_in_a_campaign_as_it_does_alone(tmp_path):
 
 
 def test_a_jump_of_a_scenario_comes_in_the_same_step_as_alone(tmp_path):
-    """Its time is compared with that of steps: rounded in another way they would miss it by one."""
+    """Its time is compared with those of steps: rounded in another way it would be missed."""
     text = varied('{key: scenario.initial.airspeed_m_s, values: [11.0, 12.0]}',
                   'scenario: stall_and_recovery\n').replace('airspeed_m_s: 12.0, ', '')
     case = next(cases.Builder(campaign(tmp_path, text)).cases())
@@ -305,6 +307,19 @@ def test_steady_flight_is_mapped_too(tmp_path, kind, condition, quantity):
         assert values[1] > values[0] and values[1] - values[0] < values[3] - values[2]
 
 
+@pytest.mark.parametrize('vary, message', [
+    ('controls_deg.elevatr, values: [0.0, 2.0]',
+     r"condition.controls_deg: trainer has no control 'elevatr', it has aileron, elevator"),
+    ('controls_deg.elevator, values: [0.0, 80.0]',
+     r'controls_deg.elevator = 80.0.*condition.controls_deg: elevator goes from')])
+def test_a_control_of_a_polar_that_is_not_there_is_refused(tmp_path, vary, message):
+    text = ('name: brief\nkind: polar\naircraft: trainer\n'
+            'condition: {alpha_deg: 5.0, airspeed_m_s: 12.0, controls_deg: {}}\n'
+            f'vary:\n  - {{key: condition.{vary}}}\n')
+    with pytest.raises(ConfigError, match=message):
+        cases.check(campaign(tmp_path, text))
+
+
 def test_steady_flight_has_the_air_it_is_given_and_that_does_not_move(tmp_path):
     """Dynamic pressure goes with density, and at one weight the airspeed with its root."""
     text = ('name: brief\nkind: trim\naircraft: trainer\ncondition: {alpha_deg: 5.0}\n'
@@ -333,6 +348,20 @@ def test_an_aircraft_of_avl_flies_and_nothing_of_it_varies(tmp_path):
     assert 0.2 < high - low < 0.5   # 4 deg at a slope between 3 and 7 per rad
     with pytest.raises(ConfigError, match='nothing of plane.avl can vary, it is a file of AVL'):
         campaign(tmp_path, text + '  - {key: aircraft.mass.mass_kg, values: [8.0, 9.0]}\n')
+
+
+def test_a_function_of_the_users_goes_by_its_module(tmp_path, monkeypatch):
+    """It may be anything that can be called; a module that cannot be read is one line."""
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / 'partial_pilot.py').write_text(
+        'import functools\n\n\ndef hold(gain, **given):\n    return lambda snapshot: {}\n\n\n'
+        'make = functools.partial(hold, 2.0)\n')
+    (tmp_path / 'broken_pilot.py').write_text('def make(:\n')
+    assert pilots.source('partial_pilot:make') == tmp_path / 'partial_pilot.py'
+    with pytest.raises(ConfigError, match=r'autopilot broken_pilot:make: .*line 1'):
+        pilots.source('broken_pilot:make')
+    with pytest.raises(ConfigError, match='autopilot sys:exit: its module has no file'):
+        pilots.source('sys:exit')
 
 
 def test_a_curve_that_a_later_case_names_is_part_of_what_the_campaign_is(tmp_path):

@@ -70,7 +70,7 @@ class Builder:
         if campaign.kind == FLIGHT:
             task, atmosphere = self._flying(tree, aircraft, seed)
         else:
-            task = _steady(campaign.kind,
+            task = _steady(campaign.kind, aircraft,
                            Reader(tree['condition'], campaign.where.key('condition')))
             atmosphere = _still_air(Reader(tree['air'], campaign.where.key('air')), task.altitude)
         return Case(
@@ -304,7 +304,7 @@ def _still_air(read: Reader, altitude: float) -> Atmosphere:
     return air_reader.air(read, altitude)[0]
 
 
-def _steady(kind: str, read: Reader) -> Steady:
+def _steady(kind: str, aircraft: Aircraft, read: Reader) -> Steady:
     def angle(key: str, limits: tuple[float, float] = _ANGLE) -> float | None:
         value = read.number_if_any(key, within=limits)
         return None if value is None else math.radians(value)
@@ -319,6 +319,7 @@ def _steady(kind: str, read: Reader) -> Steady:
     controls = read.mapping('controls_deg', default={})
     deflections = tuple((name, math.radians(controls.number(name, within=(-90.0, 90.0))))
                         for name in controls.names())
+    controls.where.build(jobs.deflections, aircraft=aircraft, by_name=dict(deflections))
     return read.build(
         Steady, beta=angle('beta_deg', (-90.0, 90.0)) or 0.0, deflections=deflections,
         rates=tuple(read.number(f'{name}_rate', default=0.0, within=(-1.0, 1.0))

@@ -145,7 +145,7 @@ def _flown(model: Model, case: Case, task: Flying) -> Result:
 
 
 def _polar(model: Model, task: Steady) -> tuple[dict[str, Any], str]:
-    deflected = jobs.deflections(model, dict(task.deflections))
+    deflected = jobs.deflections(model.aircraft, dict(task.deflections))
     at = polars.Condition(task.alpha, task.beta, np.array(task.rates), deflected)
     air = model.atmosphere.at(task.altitude)
     found = polars.point(model.at(task.airspeed, air.kinematic_viscosity, deflected), at,

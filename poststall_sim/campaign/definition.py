@@ -156,7 +156,7 @@ def _variable(read: Reader, tree: dict[str, Any], aircraft_file: Path) -> Variab
     if not isinstance(over, Distribution) and len(set(over)) < len(over):
         raise read.where.error(f'{key} is given one value twice: {shown(list(over))}')
     if not isinstance(over, Distribution) and len(over) < 2:
-        raise read.where.error(f'{key} does not vary: it is given one value, {shown(list(over))}')
+        raise read.where.error(f'{key} does not vary: it is given {shown(list(over))}')
     return read.build(Variable, key=key, over=over)
 
 

@@ -11,6 +11,7 @@ import asyncio
 import concurrent.futures
 import faulthandler
 import os
+import signal
 import sys
 import time
 import uuid
@@ -110,7 +111,13 @@ def cluster(scheduler: str | None, workers: int | None,
             host='127.0.0.1', dashboard_address='127.0.0.1:0', silence_logs=50,
             env={'PYTHONPATH': path}) as local:
         with distributed.Client(local, set_as_default=False) as client:
+            client.run(_leave_interrupts)
             yield client
+
+
+def _leave_interrupts() -> None:
+    """Leave it to the client what Ctrl-C means, which all processes of a terminal get."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _cores() -> int:

@@ -3,8 +3,8 @@
 """Who flies a case: nobody, a scenario, the example law, or a function of the user's."""
 
 import importlib
-import inspect
 import math
+import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -15,7 +15,6 @@ from poststall_sim.aircraft import ConfigError
 from poststall_sim.autopilot_law import Memory, Seen
 from poststall_sim.campaign.case import Flying
 from poststall_sim.frames import euler_from_quaternion
-from poststall_sim.reader import listed, shown
 from poststall_sim.simulation import Flight
 from poststall_sim.state import Controls, Snapshot
 
@@ -27,14 +26,22 @@ def imported(name: str) -> Callable[..., Pilot]:
     """Return the function that MODULE:FUNCTION names."""
     module, _, function = name.partition(':')
     try:
-        return getattr(importlib.import_module(module), function)
-    except (ImportError, AttributeError, ValueError) as error:
+        found = getattr(importlib.import_module(module), function)
+    except (ImportError, AttributeError, ValueError, SyntaxError, NameError, TypeError,
+            LookupError, OSError) as error:
         raise ConfigError(f'autopilot {name}: {error}') from None
+    if not callable(found):
+        raise ConfigError(f'autopilot {name}: expected a function, got {found!r}')
+    return found
 
 
 def source(name: str) -> Path:
-    """Return the file of the function that MODULE:FUNCTION names."""
-    return Path(inspect.getfile(imported(name)))
+    """Return the file of the module that MODULE:FUNCTION names."""
+    imported(name)
+    file = getattr(sys.modules[name.partition(':')[0]], '__file__', None)
+    if file is None:
+        raise ConfigError(f'autopilot {name}: its module has no file')
+    return Path(file)
 
 
 def commanding(flight: Flight, task: Flying, seed: int) -> Callable[[Snapshot], Controls]:
@@ -72,7 +79,7 @@ def _checked(pilot: Pilot, trim: Mapping[str, float]) -> Pilot:
         told = pilot(snapshot)
         for name, value in told.items():
             if name not in known:
-                raise ValueError(f'the autopilot commands {shown(name)}, there are {listed(trim)}')
+                raise ValueError(f'the autopilot commands {name!r}, there are {", ".join(trim)}')
             if not math.isfinite(value):
                 raise ValueError(f'the autopilot commands {value} for {name}')
         return told

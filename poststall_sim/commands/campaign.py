@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         result = job.run(campaign, folder, watch=_watch, scheduler=arguments.scheduler,
                          workers=arguments.workers, resume=arguments.resume, told=terminal.say)
-    except engine.EngineError as error:
+    except (engine.EngineError, OSError) as error:
         raise OSError(f'{error}; what has come is in {folder}: go on with --resume') from None
     except KeyboardInterrupt:
         terminal.complain(f'interrupted; what has come is in {folder}: go on with --resume')

@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
             model.atmosphere)
     axes = derivative_analysis.Axes(arguments.axes)
     about_axes = derivative_analysis.AXES[axes]
-    deflected = jobs.deflections(model, {
+    deflected = jobs.deflections(model.aircraft, {
         name: math.radians(value) for name, value in arguments.deflect.items()})
     points = list(terminal.watched(
         derivative_analysis.along(

@@ -92,7 +92,7 @@ def run(arguments: argparse.Namespace) -> int:
     rates = (arguments.p, arguments.q, arguments.r)
     conditions = jobs.conditions(
         np.radians(arguments.alpha), beta=math.radians(arguments.beta), rates=rates,
-        deflected=jobs.deflections(model, {
+        deflected=jobs.deflections(model.aircraft, {
             name: math.radians(value) for name, value in by_name.items()}))
     points = list(terminal.watched(
         jobs.polar(model, conditions, airspeed=arguments.airspeed, altitude=arguments.altitude,

@@ -170,7 +170,7 @@ def _tasks(arguments: argparse.Namespace, model) -> Iterable:
             raise ConfigError(f'--hold is of controls, {name} is a part that one moves: it is '
                               f'stuck by --fail {name}:stuck={value:g}')
     held = {name: math.radians(value) for name, value in arguments.hold.items()}
-    jobs.deflections(model, held)   # refuses those beyond their limits
+    jobs.deflections(model.aircraft, held)   # refuses those beyond their limits
     broken = failure_reader.by_name(arguments.fail)
     parts = failures.of_parts(model.aircraft, broken)
     stuck = PITCH_CONTROL in (*held, *failures.dead(model.aircraft, parts))
