@@ -49,7 +49,9 @@ def main(argv: list[str] | None = None) -> int:
     from poststall_sim.jobs import NoResultError
     try:
         with terminal.leaving_output_to(arguments.json):
-            return arguments.run(arguments)
+            code = arguments.run(arguments)
+        sys.stdout.flush()   # here, where it is known what a broken pipe means
+        return code
     except NoResultError as error:
         terminal.complain(error)
         return 1
@@ -126,7 +128,7 @@ def _parser() -> argparse.ArgumentParser:
                              'config/aircraft'
                              + (f' (default {aircraft})' if aircraft else
                                 ' (default: the one the bag names)'))
-        sub.add_argument('--json', type=values.output, nargs='?', const='-', metavar='FILE',
+        sub.add_argument('--json', type=values.result, nargs='?', const='-', metavar='FILE',
                          help='write the result as JSON, without a file or with - to the '
                          'standard output: all else is then said on the other one')
         return sub

@@ -14,9 +14,9 @@ _FILES = {'bash': '_shtab_compgen_files', 'zsh': '_files'}
 _FOLDERS = {'bash': '_shtab_compgen_dirs', 'zsh': '_files -/'}
 _READ_FROM_FILES = ('bag', 'source', 'resume', 'record', 'measured', 'avl')
 """Destinations of options that name what is there already, without a reader of their own."""
-_WRITTEN_TO = (values.output, values.figure, values.page)
+_WRITTEN_TO = (values.output, values.result, values.figure, values.page, values.state_space)
 _NAMED = {'aircraft': definition.Kind.AIRCRAFT, 'scenario': definition.Kind.SCENARIO,
-          'what': definition.Kind.CAMPAIGN}
+          'what': definition.Kind.CAMPAIGN, 'file': definition.Kind.AIRFOIL}
 """Destinations of what is a file or the name of a shipped one."""
 
 

@@ -27,10 +27,12 @@ from typing import Any
 import numpy as np
 
 from poststall_sim import definition, jobs, plots, recording, simulation, topics
+from poststall_sim import option_values as values
 from poststall_sim.aero.model import Settings
 from poststall_sim.aircraft import Aircraft, ConfigError
 from poststall_sim.definition import Kind
 from poststall_sim.plots.bag import FlightData, flight_data
+from poststall_sim.scenario import Scenario
 from poststall_sim.threads import one_blas_thread
 
 START_LIMIT = 240.0
@@ -204,10 +206,15 @@ def progress_bar(total: float, what: str = 'flying') -> Iterator[Callable[[float
         yield show
 
 
+def _seconds(options: argparse.Namespace, scenario: Scenario) -> float:
+    """Return how much of the scenario is flown [s]."""
+    return min(options.seconds or scenario.duration, scenario.duration)
+
+
 def fly(options: argparse.Namespace, bag: Path) -> None:
     """Fly the scenario over DDS and record it; raise `DemoError` if anything fails."""
     scenario = definition.scenario(definition.find(Kind.SCENARIO, options.scenario))
-    seconds = min(options.seconds or scenario.duration, scenario.duration)
+    seconds = _seconds(options, scenario)
     env = {**os.environ, 'ROS_DOMAIN_ID': str(free_domain()),
            'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'PYTHONUNBUFFERED': '1'}
     os.environ.update(env)
@@ -336,7 +343,7 @@ def compare(options: argparse.Namespace, aircraft: Aircraft, bag: Path) -> dict[
     scenario = definition.scenario(definition.find(Kind.SCENARIO, options.scenario))
     flight = simulation.start(aircraft, Settings(decambering=False),
                               airspeed=scenario.airspeed, altitude=scenario.altitude)
-    seconds = options.seconds or scenario.duration
+    seconds = _seconds(options, scenario)
     with recording.FlightRecorder(bag, flight, scenario.name) as recorder, \
             progress_bar(seconds, 'flying with attached flow') as show:
         for snapshot in jobs.fly(flight, scenario, seconds, recorder):
@@ -349,7 +356,7 @@ def main(args: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog='demo', description=__doc__.strip().split('\n')[0])
     parser.add_argument('--aircraft', default='trainer', help='name or file')
     parser.add_argument('--scenario', default='stall_and_recovery', help='name or file')
-    parser.add_argument('--seconds', type=float, default=0.0, metavar='N',
+    parser.add_argument('--seconds', type=values.positive, metavar='N',
                         help='end after N simulated seconds (default: the whole scenario)')
     parser.add_argument('--output', type=Path, default=Path('demo_output'), metavar='DIR')
     parser.add_argument('--rate', type=float, default=1.0, metavar='F',

@@ -39,6 +39,11 @@ _SEVERITIES = ('light', 'moderate', 'severe')
 _INTENSITY = (0.0, 100.0)
 
 
+def given(value: object) -> bool:
+    """Tell whether an option was given: 0 is a value, but None, False and what is empty is not."""
+    return not (value is None or value is False or isinstance(value, (list, dict)) and not value)
+
+
 def number(text: str) -> float:
     """Return a finite number."""
     try:
@@ -76,7 +81,7 @@ def within(limits: tuple[float, float]) -> Callable[[str], float]:
 
 def count(text: str) -> int:
     """Return a whole number, not below 0."""
-    if not re.fullmatch(r'\d+', text):
+    if not re.fullmatch(r'\d{1,15}', text):
         raise argparse.ArgumentTypeError(f'expected a whole number from 0 on, got {text!r}')
     return int(text)
 
@@ -102,10 +107,11 @@ def span(text: str) -> list[float]:
     step = parts[2] if len(parts) == 3 else math.copysign(1.0, end - begin)
     if step == 0.0 or (end - begin) / step < 0.0:
         raise argparse.ArgumentTypeError(f'the step must lead from A to B, got {text!r}')
-    points = math.floor((end - begin) / step + 1e-9) + 1
-    if points > _MOST_POINTS:
-        raise argparse.ArgumentTypeError(f'{text!r} are {points} points, at most {_MOST_POINTS}')
-    return [round(begin + i * step, 12) for i in range(points)]
+    steps = (end - begin) / step   # of numbers as great as there are: infinite
+    if steps + 1e-9 >= _MOST_POINTS:
+        raise argparse.ArgumentTypeError(
+            f'expected at most {_MOST_POINTS} points, got {text!r}')
+    return [round(begin + i * step, 12) for i in range(math.floor(steps + 1e-9) + 1)]
 
 
 def span_within(limits: tuple[float, float]) -> Callable[[str], list[float]]:
@@ -213,8 +219,23 @@ def start(text: str) -> tuple[str, Path | None]:
 
 
 def output(text: str) -> Path:
-    """Return a file that can be written, seen to before anything is computed; - is `STDOUT`."""
-    path = STDOUT if text == '-' else Path(text)
+    """Return a file that can be written, seen to before anything is computed."""
+    path = _writable(text)
+    if text == '-':
+        raise argparse.ArgumentTypeError('expected a file: - is for --json')
+    if path.exists() and not path.is_file():
+        # Some files are written beside their place and moved there: a device would be replaced.
+        raise argparse.ArgumentTypeError(f'expected a file, {text!r} is none')
+    return path
+
+
+def result(text: str) -> Path:
+    """Return where a result goes: a file, or anything else that can be written; - is `STDOUT`."""
+    return STDOUT if text == '-' else _writable(text)
+
+
+def _writable(text: str) -> Path:
+    path = Path(text)
     if path.is_dir():
         raise argparse.ArgumentTypeError(f'expected a file, {text!r} is a folder')
     if not path.parent.is_dir():

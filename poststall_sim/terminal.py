@@ -41,7 +41,7 @@ def watched(items: Iterable, total: int, what: str) -> Iterator:
 
 
 def print_table(head: tuple[str, ...], rows: Iterable[list[str]]) -> None:
-    """Print columns of numbers, right-aligned; text, the first and last column, to the left."""
+    """Print columns, right-aligned below their heads; those without a head, text, to the left."""
     rows = [list(head), *rows]
     widths = [max(len(row[k]) for row in rows) for k in range(len(head))]
     for row in rows:
@@ -73,5 +73,10 @@ def leaving_output_to(json_file: Path | None) -> AbstractContextManager:
 
 def write_json(path: Path | None, result: dict[str, Any]) -> None:
     """Write a result, where a file is given."""
-    if path is not None:
-        path.write_text(json.dumps(result, indent=1, allow_nan=False) + '\n')
+    if path is None:
+        return
+    # The standard output as it was handed on: opened by its name it would begin anew, and take
+    # away what a shell has put into the file before.
+    to_stdout = path == STDOUT
+    with open(1 if to_stdout else path, 'w', closefd=not to_stdout, encoding='utf-8') as file:
+        file.write(json.dumps(result, indent=1, allow_nan=False) + '\n')

@@ -4,6 +4,7 @@
 
 import json
 import math
+import os
 import shutil
 import subprocess
 import sys
@@ -69,10 +70,16 @@ def test_as_a_user_runs_it(tmp_path):
 
 def test_json_and_plot_without_a_file(tmp_path):
     """The JSON alone is on the standard output, for a pipe; the figure is named by its command."""
-    done = subprocess.run(
-        [sys.executable, '-m', 'poststall_sim.cli', 'trim', '--alpha', '4', '--json', '--plot'],
-        cwd=tmp_path, capture_output=True, text=True, timeout=120)
-    point, = json.loads(done.stdout)['trims']
+    said = tmp_path / 'said'
+    said.write_text('before\n')
+    with open(said, 'a') as output:   # what stands there already stays
+        done = subprocess.run(
+            [sys.executable, '-m', 'poststall_sim.cli', 'trim', '--alpha', '4', '--json',
+             '--plot'], cwd=tmp_path, stdout=output, stderr=subprocess.PIPE, text=True,
+            timeout=120)
+    before, _, found = said.read_text().partition('\n')
+    point, = json.loads(found)['trims']
+    assert before == 'before'
     assert point['alpha_deg'] == pytest.approx(4.0)
     assert 'glide' in done.stderr and 'figure trim.png' in done.stderr
     assert (tmp_path / 'trim.png').stat().st_size > 10_000
@@ -134,6 +141,12 @@ def test_json_and_plot_without_a_file(tmp_path):
     (['polar', '--plot', 'config'], "expected a file, 'config' is a folder"),
     (['trim', '--plot', 'no_such_folder/x.png'], 'there is no folder no_such_folder'),
     (['fly', '--json', 'config'], "expected a file, 'config' is a folder"),
+    (['fly', '--csv', '-'], 'expected a file: - is for --json'),
+    (['fly', '--save', '/dev/null'], "expected a file, '/dev/null' is none"),
+    (['fly', '--resume', 'x', '--wind', '0,0,1'], '--wind has no effect with --resume'),
+    (['polar', '--alpha', '-1e308:1e308'], 'at most 10000'),
+    (['watch', '--port', 400 * '9'], 'expected a whole number'),
+    (['airfoil', 'naca4415_re4e5', '--softness', '0'], '--softness is of the extension'),
     (['fly', '--json', 'no_such_folder/x.json'], 'there is no folder no_such_folder'),
 ])
 def test_bad_input_is_one_line_and_code_2(words, message, capsys):
@@ -304,6 +317,23 @@ def test_without_a_trim_it_says_why_and_ends_with_1(tmp_path, capsys):
     assert cli.main(['trim', '--airspeed', '3']) == 1
     said = capsys.readouterr().err
     assert 'no balance found' in said and 'too slow or too fast for level flight?' in said
+
+
+def test_a_throttle_of_0_is_one(tmp_path):
+    """An option that says 0 is given: at this airspeed the aircraft glides."""
+    held, = result(tmp_path, 'trim', '--airspeed', '15', '--throttle', '0')['trims']
+    assert held['throttle'] == 0.0 and held['airspeed_m_s'] == 15.0
+    assert math.tan(math.radians(-held['climb_angle_deg'])) == pytest.approx(
+        held['CD'] / held['CL'], rel=1e-3)
+
+
+def test_a_reader_who_has_seen_enough_hears_no_complaint(monkeypatch):
+    """As in `poststall ... | true`: what is printed goes out at the end."""
+    read, write = os.pipe()
+    os.close(read)
+    with open(write, 'w') as pipe:
+        monkeypatch.setattr(sys, 'stdout', pipe)
+        assert cli.main(['airfoil', 'naca4415_re4e5']) == 0
 
 
 def test_without_an_engine_it_glides(tmp_path):

@@ -42,6 +42,7 @@ def test_bash_completes_commands_options_choices_and_names(script):
     assert '--angle-form' in offered(script, 'poststall', 'polar', '--an')
     assert 'robust' in offered(script, 'poststall', 'polar', '--scheme', '')
     assert offered(script, 'poststall', 'polar', '--aircraft', 'trai') == ['trainer']
+    assert 'naca4415_re4e5' in offered(script, 'poststall', 'airfoil', 'naca4415')
     scenarios = offered(script, 'poststall', 'fly', '--scenario', '')
     assert set(scenarios) >= set(definition.names('scenarios'))
 
@@ -51,6 +52,8 @@ def test_bash_completes_files_where_a_file_is_asked_for(script, tmp_path):
     (tmp_path / 'bag_of_today').mkdir()
     assert offered(script, 'poststall', 'show', '--aircraft', 'mi', cwd=tmp_path) == ['mine.yaml']
     assert offered(script, 'poststall', 'plot', 'bag', cwd=tmp_path) == ['bag_of_today']
+    assert offered(script, 'poststall', 'modes', '--export', 'mi', cwd=tmp_path) == ['mine.yaml']
+    assert offered(script, 'poststall', 'modes', '--json', 'mi', cwd=tmp_path) == ['mine.yaml']
     assert offered(script, 'poststall', 'fly', '--record', 'bag', cwd=tmp_path) == ['bag_of_today']
 
 

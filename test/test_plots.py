@@ -17,7 +17,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer  # noqa: E402
 from rosbags.typesys import Stores, get_typestore  # noqa: E402
 
 from poststall_sim import cli, definition, plots, silhouette  # noqa: E402
-from poststall_sim.plots import modes, style, trajectory  # noqa: E402
+from poststall_sim.plots import derivatives, modes, style, trajectory  # noqa: E402
 from poststall_sim.plots.bag import extremes, flight_data  # noqa: E402
 from poststall_sim.plots.lookup import Lookup  # noqa: E402
 from poststall_sim.recording import BagError  # noqa: E402
@@ -80,9 +80,18 @@ def test_what_is_drawn_is_what_was_flown(flown, data):
             atol=1e-6 * max(np.abs(series[key]).max(), 1.0), err_msg=key)
 
 
+def test_a_bag_without_stalls_has_those_of_its_aircraft(flown, data, monkeypatch):
+    """From the angles at which the sections work, shifted by the deflected ailerons."""
+    column = Lookup.column
+    monkeypatch.setattr(Lookup, 'column', lambda bag, topic, *keys: None if topic in (
+        'strip_stalled', 'strip_cl_max') else column(bag, topic, *keys))
+    found = flight_data(flown[0]).strips
+    np.testing.assert_array_equal(found.stalled, data.strips.stalled)
+    np.testing.assert_allclose(found.cl_max, data.strips.cl_max)
+    assert found.stalled.any()
+
+
 def test_stalled_strips_are_found_as_the_solver_found_them(flown, data):
-    # The bag has no stall angles: they come from the aircraft that the diagnostics name, and
-    # the deflected ailerons shift them.
     series = flown[1]['series']
     told = dict(zip(np.round(series['time_s'], 6), series['stalled_wing_strips']))
     strips = data.strips
@@ -144,6 +153,7 @@ def test_extremes_are_those_of_the_flight(flown, data):
     found, series = extremes(data), flown[1]['series']
     assert found['alpha_max_deg'] == pytest.approx(max(series['alpha_deg']))
     assert found['altitude_min_m'] == pytest.approx(min(series['altitude_m']))
+    assert found['stalled_wing_share_max'] == data.strips.stalled_share.max()
     # Between the instants of the one and the other a strip may come or go.
     assert found['stalled_wing_share_max'] == pytest.approx(
         max(series['stalled_wing_strips']) / 20, abs=1.0 / 20)
@@ -233,6 +243,41 @@ def test_a_bag_that_tells_its_stall_needs_no_aircraft(tmp_path):
     np.testing.assert_allclose(found.cl_max, 1.4)
 
 
+def test_a_lift_without_an_angle_of_attack_is_not_known(tmp_path):
+    def force(store, seconds):
+        kinds = store.types
+        vector = kinds['geometry_msgs/msg/Vector3'](x=0.0, y=0.0, z=88.0)
+        return {'header': header(store, seconds),
+                'wrench': kinds['geometry_msgs/msg/Wrench'](force=vector, torque=vector)}
+    foreign_bag(tmp_path / 'bag', {
+        '/pose': ('geometry_msgs/msg/PoseStamped', [(t, circling) for t in TIMES]),
+        '/wrench': ('geometry_msgs/msg/WrenchStamped', [(t, force) for t in TIMES]),
+        '/air_data/airspeed': ('std_msgs/msg/Float64', [
+            (t, lambda store, _: {'data': 15.0}) for t in TIMES])})
+    flight = flight_data(tmp_path / 'bag', definition.aircraft(
+        definition.find('aircraft', 'trainer')))
+    assert flight.airspeed is not None and flight.alpha is None and flight.lift is None
+
+
+def test_one_aircraft_of_several_is_not_told_by_what_another_reports(tmp_path):
+    def reports(name, hardware):
+        def fields(store, seconds):
+            kinds = store.types
+            return {'header': header(store, seconds), 'status': [
+                kinds['diagnostic_msgs/msg/DiagnosticStatus'](
+                    level=0, name=name, message='', hardware_id=hardware, values=[])]}
+        return fields
+    foreign_bag(tmp_path / 'bag', {
+        '/pose': ('geometry_msgs/msg/PoseStamped', [(t, circling) for t in TIMES]),
+        '/left/pose': ('geometry_msgs/msg/PoseStamped', [(t, circling) for t in TIMES]),
+        '/diagnostics': ('diagnostic_msgs/msg/DiagnosticArray', [
+            (0.0, reports('left/simulator: flight', 'glider')),
+            (0.1, reports('simulator: flight', 'trainer'))])})
+    flight = flight_data(tmp_path / 'bag')
+    assert flight.name == 'trainer' and list(flight.reported) == ['simulator: flight']
+    assert any(note.startswith('several aircraft in the bag') for note in flight.notes)
+
+
 def test_a_reset_begins_a_new_flight(tmp_path):
     foreign_bag(tmp_path / 'bag', {'/pose': (
         'geometry_msgs/msg/PoseStamped',
@@ -286,6 +331,16 @@ def test_trims_are_drawn_with_those_that_fail(tmp_path):
                      '--json', str(path)]) == 0
     figure = plots.trim_figure(json.loads(path.read_text()), tmp_path / 'trim.png')
     assert has_colour(figure, style.ATTACHED, 100) and has_colour(figure, style.STALLED, 50)
+
+
+def test_of_each_control_its_own_moment_is_drawn_where_the_first_point_has_none():
+    def point(**known):
+        names = ('CL_alpha', 'CL_aileron', 'Cl_aileron', 'Cm_aileron', 'Cn_aileron',
+                 'CL_elevator', 'Cl_elevator', 'Cm_elevator', 'Cn_elevator')
+        return {'derivatives': {name: known.get(name) for name in names}}
+    assert derivatives.by_controls([point(), point(
+        Cl_aileron=-0.3, Cn_aileron=0.02, Cl_elevator=0.0, Cm_elevator=-1.2)]) == (
+        'Cl_aileron', 'Cm_elevator')
 
 
 def test_modes_are_drawn_with_what_is_unstable_and_what_is_wake(tmp_path):

@@ -7,6 +7,7 @@ import json
 import re
 import sys
 from contextlib import ExitStack
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,10 +16,11 @@ from browsers import SCREENS, Tab, chromium
 pytest.importorskip('plotly', reason='reports need plotly')
 pytest.importorskip('rosbags', reason='bags need rosbags')
 
-from poststall_sim import __version__, cli, recording
+from poststall_sim import __version__, cli, definition, recording
 from poststall_sim.plots.bag import flight_data
 from poststall_sim.report import flight as flights
 from poststall_sim.report import page as pages
+from poststall_sim.report import polar as polars
 
 VOID = {'meta', 'link', 'input', 'br', 'hr', 'img'}
 
@@ -181,6 +183,33 @@ def test_operating_points_of_attached_strips_lie_on_their_curves(of_bag, of_pola
     assert off_the_curves(swept, 0).max() < 5e-3
 
 
+def test_under_the_local_closure_every_strip_is_on_its_curve_past_the_stall_too(tmp_path):
+    """Its condition, strip by strip; a flap that faded there would be degrees beside it."""
+    path = tmp_path / 'local.json'
+    assert cli.main(['polar', '--alpha', '18:22:2', '--closure', 'local', '--deflect',
+                     'aileron=15', '--deflect', 'elevator=-15', '--json', str(path)]) == 0
+    result = json.loads(path.read_text())
+    trainer = definition.aircraft(definition.find('aircraft', 'trainer'))
+    data = polars.of_json(result, trainer)
+    assert data['curves'] and result['points'][-1]['stalled_strips'] > 5
+    for frame in range(3):
+        # The curves are drawn every quarter of a degree.
+        assert off_the_curves(data, frame).max() < 3e-3
+
+
+def test_curves_of_an_aircraft_with_its_strips_elsewhere_are_not_drawn(short):
+    """It has as many: only where they stand says that it is another one."""
+    trainer = definition.aircraft(definition.find('aircraft', 'trainer'))
+    wing, *others = trainer.surfaces
+    longer = replace(wing, sections=tuple(
+        replace(each, leading_edge_G=tuple(np.multiply(each.leading_edge_G, (1.0, 1.1, 1.0))))
+        for each in wing.sections))
+    data = flights.of_bag(short, flight_data(
+        short, replace(trainer, surfaces=(longer, *others))))
+    assert data['curves'] == []
+    assert any('the strips are not those of trainer' in note for note in data['notes'])
+
+
 def first(events, kind):
     return next(float(event['at'].split()[0]) for event in events if event['kind'] == kind)
 
@@ -215,12 +244,23 @@ def rows_of(data, title):
     return dict(next(rows for name, rows in data['tables'] if name == title))
 
 
-def test_a_bag_tells_how_it_was_flown(folder, tmp_path):
-    bag = tmp_path / 'bag'
+@pytest.fixture(scope='module')
+def short(tmp_path_factory):
+    """Return the bag of a moment in the wind; its name has a dot in it."""
+    bag = tmp_path_factory.mktemp('short') / 'run_1.5'
     assert cli.main(['fly', '--record', str(bag), '--duration', '0.2', '--wind', '1,-2,0.5',
                      '--turbulence', '0.3', '--seed', '7', '--ell', '1.5',
                      '--separation', 'lag']) == 0
-    run = rows_of(flights.of_bag(bag, flight_data(bag)), 'Run')
+    return bag
+
+
+def test_a_page_has_the_whole_name_of_its_bag(short):
+    assert cli.main(['report', str(short)]) == 0
+    assert short.with_name('run_1.5.html').is_file()
+
+
+def test_a_bag_tells_how_it_was_flown(folder, short):
+    run = rows_of(flights.of_bag(short, flight_data(short)), 'Run')
     expected = {
         'poststall sim': __version__, 'aircraft': 'trainer', 'scenario': 'stall_and_recovery',
         'dt [s]': '0.008', 'closure': 'nonlocal', 'ell [chords]': '1.5', 'tolerance': '1e-05',
@@ -240,6 +280,14 @@ def test_figures_are_rounded_and_what_is_none_is_left_out(of_bag, of_json):
     assert 'none' not in {text for _, rows in told for _, text in rows}
     assert 'temperature offset [K]' in rows_of(of_json.data, 'Atmosphere')   # no fixed density
     assert 'density [kg/m^3]' not in rows_of(of_json.data, 'Atmosphere')
+
+
+def test_settings_have_their_units_and_as_many_figures_as_they_need():
+    assert pages.table('air', {
+        'alpha_rad': 0.1, 'engine_1_thrust_N': 3.0, 'lag_max_ms': 2.5,
+        'sea_level_pressure_Pa': 101325.0})[1] == [
+            ('alpha [rad]', '0.1'), ('engine 1 thrust [N]', '3'), ('lag max [ms]', '2.5'),
+            ('sea level pressure [Pa]', '101325')]
 
 
 def test_settings_are_in_the_page(of_bag, of_json, of_polar):

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from browsers import SCREENS, Tab, chromium
 from processes import Probe, Reports, nanoseconds, starter
+from scripted_page import Scripted
 from watching import SCRIPT, Page, address
 
 from poststall_sim import cli
@@ -188,6 +189,41 @@ def seen(page):
     return page.until(lambda parts: {'moving', 'stick', 'setup'} <= parts.keys()
                       and parts['setup']['limits'] and parts['setup']['strips']
                       and parts.get('state'), 'the state')
+
+
+def test_the_aircraft_whose_limits_the_sliders_have_is_read_before_anything_is_served(capsys):
+    for needed in ('aiohttp', 'rclpy', 'plotly'):
+        pytest.importorskip(needed)
+    assert cli.main(['watch', '--aircraft', 'trainr']) == 2
+    complaint = capsys.readouterr().err
+    assert 'did you mean trainer' in complaint and complaint.count('\n') == 1
+
+
+@pytest.fixture
+def scripted():
+    for needed in ('aiohttp', 'plotly'):
+        pytest.importorskip(needed)
+    page = Scripted()
+    yield page
+    page.end()
+
+
+def test_a_page_that_does_not_read_does_not_keep_the_server(scripted):
+    """A laptop that was closed, behind ssh: what it is sent piles up, a goodbye too."""
+    host = urlsplit(scripted.url).netloc
+    with socket.socket() as dead:
+        dead.settimeout(5.0)
+        dead.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        dead.connect(('127.0.0.1', urlsplit(scripted.url).port))
+        dead.sendall((f'GET /live HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\n'
+                      'Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13'
+                      '\r\nSec-WebSocket-Key: ' + 22 * 'A' + '==\r\n\r\n').encode())
+        assert dead.recv(12) == b'HTTP/1.1 101'
+        for k in range(16):
+            scripted.show(0.02 * k, cl=[0.1] * 100_000)   # 8 MB in all
+            time.sleep(0.025)
+        scripted.process.send_signal(signal.SIGINT)
+        assert scripted.process.wait(8.0) == 0   # a second or two are given to say goodbye
 
 
 @marked
@@ -411,6 +447,30 @@ CUT = """(() => {
     return [...labels, ...gauges].map((each) => each.textContent);
 })()"""
 """What is written of labels and gauges beyond their place."""
+
+
+@pytest.mark.browser
+def test_histories_are_of_what_is_known_and_of_the_aircraft_that_is_there(browser, scripted):
+    def lines():
+        return {line['name']: line['y'] for line in page.evaluate(
+            'document.getElementById("histories").data')}
+
+    with Tab(browser, scripted.url, SCREENS[0]) as tab:
+        page = tab.page
+        for k in range(5):   # what the air says comes later
+            scripted.show(0.2 * k, targets={'elevator': -0.1}, controls={'elevator': -0.1})
+            page.wait_for_timeout(60)
+        scripted.show(1.0, alpha=0.5, beta=0.0)
+        tab.until('document.getElementById("histories").data?.[1].y.at(-1) !== null')
+        alpha = lines()['alpha']
+        assert alpha[0] is None and alpha[-1] == pytest.approx(math.degrees(0.5))
+        low, high = page.evaluate('document.getElementById("histories")._fullLayout.yaxis2.range')
+        assert low < math.degrees(0.5) < high
+        scripted.show(0.0, targets={'flap': 0.2}, controls={'flap': 0.2})
+        tab.until('document.getElementById("histories").data.at(-1).name === "flap"')
+        tab.until('document.getElementById("histories").data.at(-1).y.length')
+        shown = lines()
+        assert 'elevator' not in shown and shown['flap'] == [pytest.approx(math.degrees(0.2))]
 
 
 @marked

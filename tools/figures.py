@@ -2,7 +2,7 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
 """
-Draw the figures and tables of docs/figures.md, docs/validation.md and README.md.
+Draw the figures and tables of the documentation and README.md.
 
 What is computed is the package's, and so is what draws (`poststall_sim.plots`); here stands which
 wing, which angles, which solver. In chapters 2 and 3 the configuration is the dissertation's
@@ -25,6 +25,7 @@ import drawings
 import moving_picture
 import numpy as np
 import operating_points
+import pictures
 import reference_cases
 import reference_figures
 import rolling_wing
@@ -276,8 +277,13 @@ TABLES: dict[str, Callable[[], str]] = {
     '3.1': table_3_1, '4.1': demo_flight.table_aircraft, '5.3': trainer_modes.table_5_3,
     'wakes': wakes.table_wakes, 'summary': reference_cases.table_summary,
     'cases': reference_cases.table_cases, 'tests': reference_cases.table_tests}
+PICTURES: dict[str, Callable[[Path], None]] = {
+    name.removeprefix('picture_'): found for name, found in vars(pictures).items()
+    if name.startswith('picture_')}
+"""What goes to docs/images."""
 MOVING = 'moving'
 """The name of the README's moving picture among the figures to draw."""
+DRAWABLE = (*FIGURES, *PICTURES, MOVING, 'table')
 
 
 def _shrink(file: Path) -> None:
@@ -305,18 +311,21 @@ def main() -> int:
     """Draw all figures, or those named."""
     parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
     parser.add_argument('names', nargs='*', metavar='NAME',
-                        help=f'what to draw: {", ".join(FIGURES)}, {MOVING}, table (default all)')
+                        help=f'what to draw: {", ".join(DRAWABLE)} (default all)')
     parser.add_argument('--docs', type=Path, metavar='DIR',
                         default=Path(__file__).resolve().parents[1] / 'docs')
     arguments = parser.parse_args()
-    known = {*FIGURES, MOVING, 'table'}
-    if unknown := set(arguments.names) - known:
-        parser.error(f'no figure {", ".join(sorted(unknown))}, there are {", ".join(FIGURES)}')
-    for name in tqdm(arguments.names or [*FIGURES, MOVING, 'table'], desc='figures'):
+    if unknown := set(arguments.names).difference(DRAWABLE):
+        parser.error(f'no figure {", ".join(sorted(unknown))}, there are {", ".join(DRAWABLE)}')
+    for name in tqdm(arguments.names or DRAWABLE, desc='figures'):
         if name == 'table':
             _write_tables(arguments.docs)
         elif name == MOVING:
             moving_picture.moving_picture(arguments.docs / 'images' / 'flight.gif')
+        elif name in PICTURES:
+            file = arguments.docs / 'images' / f'{name}.png'
+            PICTURES[name](file)
+            _shrink(file)
         else:
             file = arguments.docs / 'figures' / f'figure_{name}.png'
             FIGURES[name](file)

@@ -98,7 +98,7 @@ def _asked(arguments: argparse.Namespace):
     from poststall_sim.aircraft import ConfigError
     given = {name: getattr(arguments, name) for name in _EXTENDING}
     if not arguments.extend:
-        idle = [name for name, value in given.items() if value not in (None, False)]
+        idle = [name for name, value in given.items() if values.given(value)]
         if idle:
             raise ConfigError(f'--{idle[0].replace("_", "-")} is of the extension: give --extend')
         return None

@@ -25,7 +25,7 @@ def run(arguments: argparse.Namespace) -> int:
     from poststall_sim.aircraft import ConfigError
     if not (arguments.csv or arguments.mat):
         raise ConfigError('export writes files: give --csv or --mat')
-    bag = series.bag(arguments)
+    bag = series.bag(arguments.bag)
     try:
         with terminal.patience('reading'):
             flight, notes = bag_export.of_bag(

@@ -110,7 +110,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.resume:
         for name in ('airspeed', 'altitude', 'wind', 'turbulence', 'seed', 'gust',
                      'temperature_offset', 'qnh'):
-            if getattr(arguments, name) not in (None, []):
+            if values.given(getattr(arguments, name)):
                 raise ConfigError(f'--{name.replace("_", "-")} has no effect with --resume: the '
                                   'flight goes on as saved')
         with terminal.patience():

@@ -27,7 +27,7 @@ def run(arguments: argparse.Namespace) -> int:
     from poststall_sim.aircraft import ConfigError
     from poststall_sim.plots import bag as bags
     from poststall_sim.plots import flight as figures
-    bag = series.bag(arguments)
+    bag = series.bag(arguments.bag)
     output = arguments.output or bag.resolve().with_name(f'{bag.resolve().name}_figures')
     try:
         flight = bags.flight_data(bag, solver.aircraft(arguments) if arguments.aircraft else None)

@@ -9,7 +9,7 @@ from typing import Any
 
 from poststall_sim import option_values as values
 from poststall_sim import terminal
-from poststall_sim.commands import solver
+from poststall_sim.commands import series, solver
 from poststall_sim.commands.solver import Command
 
 _OF = 'a report is of a bag, or of what fly or polar wrote as JSON'
@@ -38,7 +38,9 @@ def run(arguments: argparse.Namespace) -> int:
         raise ConfigError(f'{source}: {_OF}')
     with terminal.patience('putting the page together'):
         data = _of_json(arguments) if source.suffix == '.json' else _of_bag(arguments)
-        output = arguments.output or source.resolve().with_suffix('.html')
+        whole = source.resolve()   # a folder's name may have a dot in it
+        output = arguments.output or whole.with_name(
+            f'{whole.name if whole.is_dir() else whole.stem}.html')
         page.write(data, output)
     terminal.say(f'page {output}, {output.stat().st_size / 1e6:.1f} MB')
     for note in data['notes']:
@@ -55,14 +57,13 @@ def _of_bag(arguments: argparse.Namespace) -> dict[str, Any]:
     from poststall_sim.aircraft import ConfigError
     from poststall_sim.plots import bag as bags
     from poststall_sim.report import flight as flights
-    if arguments.source.is_dir() and not (arguments.source / 'metadata.yaml').is_file():
-        raise ConfigError(f'{arguments.source} is not a bag: it has no metadata.yaml')
+    bag = series.bag(arguments.source)
     try:
         flight = bags.flight_data(
-            arguments.source, solver.aircraft(arguments) if arguments.aircraft else None)
+            bag, solver.aircraft(arguments) if arguments.aircraft else None)
     except recording.BagError as error:
         raise ConfigError(str(error)) from None
-    return flights.of_bag(arguments.source, flight)
+    return flights.of_bag(bag, flight)
 
 
 def _of_json(arguments: argparse.Namespace) -> dict[str, Any]:

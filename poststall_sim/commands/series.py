@@ -26,10 +26,9 @@ def write_files(arguments: argparse.Namespace, series) -> list[Path]:
     return [path for path in (arguments.csv, arguments.mat) if path]
 
 
-def bag(arguments: argparse.Namespace) -> Path:
+def bag(path: Path) -> Path:
     """Return the bag that is named; refuse what is none."""
     from poststall_sim.aircraft import ConfigError
-    path = arguments.bag
     if not path.exists():
         raise ConfigError(f'there is no bag {path}')
     if path.is_dir() and not (path / 'metadata.yaml').is_file():

@@ -12,8 +12,12 @@ from poststall_sim import option_values as values
 from poststall_sim.aero import model as models
 from poststall_sim.atmosphere import STANDARD, Atmosphere
 
-Command = Callable[[str, str, str, str | None], argparse.ArgumentParser]
-"""Adds a command: its name, what it does, an example of its options, its default aircraft."""
+Command = Callable[..., argparse.ArgumentParser]
+"""
+Adds a command: its name, what it does, an example of its options, its default aircraft.
+
+of_aircraft=False : a command that is not of one aircraft.
+"""
 
 
 def add_options(command: argparse.ArgumentParser, *,

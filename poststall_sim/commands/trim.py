@@ -107,8 +107,7 @@ def _refuse_idle(arguments: argparse.Namespace) -> None:
 
 def _manoeuvre(arguments: argparse.Namespace) -> list[str]:
     """Return the names of the options given that ask for more than straight flight."""
-    return [name for name in _MANOEUVRE
-            if getattr(arguments, name) not in (None, False, {}, [])]
+    return [name for name in _MANOEUVRE if values.given(getattr(arguments, name))]
 
 
 def _found(arguments: argparse.Namespace, model) -> Iterable[dict]:

@@ -4,10 +4,12 @@
 
 import argparse
 import asyncio
+import threading
 import webbrowser
 
 from poststall_sim import option_values as values
 from poststall_sim import terminal
+from poststall_sim.commands import solver
 from poststall_sim.commands.solver import Command
 
 PORTS = (0, 65535)
@@ -47,7 +49,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise ImportError(
             f'the live page hears ROS 2, which is not here ({error}): source ROS 2 Jazzy, or '
             "pip install '.[ros]' in the checkout") from error
-    with watch.watching(arguments.namespace, arguments.aircraft) as simulator:
+    aircraft = solver.aircraft(arguments) if arguments.aircraft else None
+    with watch.watching(arguments.namespace, aircraft) as simulator:
         server = Server(simulator, control=arguments.control, rate=arguments.rate)
 
         def ready(url: str) -> None:
@@ -57,7 +60,8 @@ def run(arguments: argparse.Namespace) -> int:
                 'url': url, 'namespace': simulator.get_namespace(),
                 'control': arguments.control})
             if arguments.open:
-                webbrowser.open(url)
+                # Some browsers keep whoever opens them waiting, and nobody would serve the page.
+                threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
 
         asyncio.run(server.serve(arguments.port, ready))
     return 0

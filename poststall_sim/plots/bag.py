@@ -195,11 +195,12 @@ def _lift(bag: Lookup, time: FloatArray, position: FloatArray | None,
           air: dict[str, FloatArray | None], area: float | None) -> FloatArray | None:
     """Return the lift coefficient (n,)."""
     force = bag.column('wrench', *(f'wrench.force.{axis}' for axis in 'xyz'))
-    if force is None or position is None or air['airspeed'] is None or not area:
+    airspeed, alpha = air['airspeed'], air['alpha']
+    if force is None or position is None or airspeed is None or alpha is None or not area:
         return None
-    lift = -body_to_stability(swap_body_flu(onto(time, force)), air['alpha'])[:, 2]
+    lift = -body_to_stability(swap_body_flu(onto(time, force)), alpha)[:, 2]
     density = _density(bag, time, position[:, 2])
-    return lift / np.maximum(0.5 * density * air['airspeed'] ** 2 * area, 1e-9)
+    return lift / np.maximum(0.5 * density * airspeed ** 2 * area, 1e-9)
 
 
 def _density(bag: Lookup, time: FloatArray, altitude: FloatArray) -> FloatArray:
@@ -258,7 +259,7 @@ def extremes(flight: FlightData) -> dict[str, float]:
             ('altitude_min_m', None if flight.position is None else flight.position[:, 2]),
             ('sink_rate_max_m_s', flight.sink_rate), ('CL_max', flight.lift),
             ('load_factor_min', flight.load_factor), ('load_factor_max', flight.load_factor),
-            ('stalled_wing_share_max', flight.stalled_share)):
+            ('stalled_wing_share_max', flight.strips and flight.strips.stalled_share)):
         if values is not None:
             result[key] = float(values.min() if '_min' in key else values.max())
     return result

@@ -93,7 +93,7 @@ def draw_control(axes, flight: FlightData, control: str) -> None:
     if command is None and deflection is None:
         _absent(axes, f'no {control} in the bag')
     else:
-        axes.legend(loc='best', ncols=2)
+        axes.legend(loc='best')
         style.headroom(axes)
     axes.set_ylabel(f'{control} [deg]')
     shade(axes, flight)
@@ -257,7 +257,7 @@ def _draw_solver(axes, flight: FlightData) -> None:
             axes.semilogy(time, np.where(values > 0.0, values, np.nan), color=style.SECOND,
                           linestyle=line, marker='.', markersize=3, linewidth=1.2, label=label)
     axes.set_ylabel('residual [rad]')
-    axes.legend(loc='upper right', ncols=2)
+    axes.legend(loc='upper right', ncols=2, columnspacing=1.0)
     low, high = axes.get_ylim()
     axes.set_ylim(low / 3.0, high * 100.0)
     if 'iterations_mean' in solver and 'iterations_max' in solver:

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One flight's topics in a bag, looked up by their names without the namespace."""
 
-import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -37,10 +36,10 @@ class Lookup:
             found = ', '.join(sorted(self._topics)[:8]) or 'no messages at all'
             raise BagError(f'no flight in the bag: expected one of {", ".join(_TELLING)}, '
                            f'found {found}')
-        self._home = homes[0]
-        if len(homes) > 1:
-            self.notes.append(f'several aircraft in the bag, drawn is {homes[0] or "/"}; there '
-                              'is also ' + ', '.join(home or '/' for home in homes[1:]))
+        self._home, *self._others = homes
+        if self._others:
+            self.notes.append(f'several aircraft in the bag, drawn is {self._home or "/"}; there '
+                              'is also ' + ', '.join(self._others))
         for series in self._topics.values():
             if (np.diff(series.time) < 0.0).any():
                 self.notes.append('time jumps back: drawn is what comes after the last jump')
@@ -76,15 +75,18 @@ class Lookup:
         return result
 
     def diagnostics(self) -> list[tuple[float, str, str, dict[str, str]]]:
-        """Return time, name, hardware and values of every status that may be this aircraft's."""
+        """Return time, name, hardware and values of every status that may be of this aircraft."""
         series = self._topics.get('/diagnostics') or self.find('diagnostics')
         if series is None or 'status' not in series.fields:
             return []
         rows = [(float(series.time[i]), status.name, status.hardware_id,
                  {item.key: item.value for item in status.values})
                 for i in _once_in_order(series.time) for status in series['status'][i]]
-        own = re.compile(re.escape(self._home.lstrip('/')) + '/') if self._home else None
-        return [row for row in rows if own and own.match(row[1].lstrip('/'))] or rows
+        def of(home: str, name: str) -> bool:
+            return name.lstrip('/').startswith(f'{home.lstrip("/")}/')
+
+        rows = [row for row in rows if not any(of(home, row[1]) for home in self._others)]
+        return [row for row in rows if self._home and of(self._home, row[1])] or rows
 
 
 def onto(time: FloatArray, pair: Pair) -> FloatArray:

@@ -7,16 +7,17 @@ A bag that has ``strip_stalled`` and ``strip_cl_max`` says so itself; else it is
 section angles and the section curves of the aircraft, if that is known and has the same strips.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from poststall_sim.aero import lattice as lattices
+from poststall_sim.aero.decambering import Closure
 from poststall_sim.aero.flaps import look_up
 from poststall_sim.aero.lattice import Lattice
-from poststall_sim.aero.model import Settings
-from poststall_sim.aero.polars import section
+from poststall_sim.aero.model import DEFAULTS
 from poststall_sim.aircraft import Aircraft
 from poststall_sim.frames import FloatArray, geometry_to_body, swap_body_flu
 from poststall_sim.plots.lookup import Lookup, Pair, onto
@@ -37,7 +38,7 @@ class StripData:
 
     y, chord (k,) [m] in base_link; cl [-]; alpha, delta [rad]; stalled: past the section's
     greatest or least lift; cl_max (k,) [-] of the sections; groups: the surfaces, the wing (the
-    largest) first.
+    largest) first; fades: whether flaps lose their effect past the stall, see `aero.flaps`.
     """
 
     time: FloatArray
@@ -49,6 +50,7 @@ class StripData:
     stalled: np.ndarray | None
     cl_max: FloatArray | None
     groups: tuple[StripGroup, ...]
+    fades: bool
 
     @property
     def wing(self) -> slice:
@@ -110,14 +112,15 @@ def strip_data(bag: Lookup, aircraft: Aircraft | None) -> StripData | None:
 
     alpha, stalled, cl_max, chord = (
         like(topic) for topic in ('strip_alpha', 'strip_stalled', 'strip_cl_max', 'strip_chord'))
-    attached = any(
-        values.get('closure', '').startswith('off') for *_, values in bag.diagnostics())
+    closure = next((values['closure'] for *_, values in bag.diagnostics()
+                    if 'closure' in values), Closure.NONLOCAL.value)
+    attached, fades = closure.startswith('off'), closure == Closure.NONLOCAL.value
     if attached:
         bag.notes.append('flown without decambering: attached flow at any angle')
     if stalled is not None:
         stalled = stalled > 0.5
     elif known is not None and alpha is not None:
-        angle = looked_up(bag.joints('joint_states'), known, aircraft, time, alpha)
+        angle = looked_up(bag.joints('joint_states'), known, aircraft, time, alpha, fades=fades)
         stalled = (angle > known.stall_high) | (angle < known.stall_low)
         if attached:
             stalled[:] = False
@@ -127,10 +130,10 @@ def strip_data(bag: Lookup, aircraft: Aircraft | None) -> StripData | None:
     if cl_max is not None:
         cl_max = cl_max[-1]
     elif known is not None:
-        cl_max = _greatest_lift(known)
+        cl_max = known.greatest_lift
     return StripData(
         time=time, y=y, chord=chord, cl=cl, alpha=alpha, delta=like('strip_decambering'),
-        stalled=stalled, cl_max=cl_max, groups=_groups(y, chord, known))
+        stalled=stalled, cl_max=cl_max, groups=_groups(y, chord, known), fades=fades)
 
 
 def _lattice(bag: Lookup, aircraft: Aircraft | None, count: int,
@@ -138,11 +141,19 @@ def _lattice(bag: Lookup, aircraft: Aircraft | None, count: int,
     """Return the lattice of the aircraft if it has the bag's strips."""
     if aircraft is None:
         return None
-    lattice = lattices.build(aircraft, Settings().chordwise)
+    found = matching(aircraft, DEFAULTS.chordwise, count, y)
+    if found is None:
+        bag.notes.append(f'the strips are not those of {aircraft.name} as it is defined here')
+    return found
+
+
+def matching(aircraft: Aircraft, panels: int, count: int,
+             y: FloatArray | None) -> Lattice | None:
+    """Return the lattice of an aircraft if it has so many strips, and where y [m] says."""
+    lattice = lattices.build(aircraft, panels)
     if lattice.strips == count and (
             y is None or len(y) != count or np.abs(_left(lattice) - y).max() < 1e-3):
         return lattice
-    bag.notes.append(f'the strips are not those of {aircraft.name} as it is defined here')
     return None
 
 
@@ -152,29 +163,26 @@ def _left(lattice: Lattice) -> FloatArray:
 
 
 def looked_up(positions: Mapping[str, Pair], lattice: Lattice, aircraft: Aircraft,
-              time: FloatArray, alpha: FloatArray) -> FloatArray:
-    """Return the angles (m, k) at which deflections make the sections' curves be read [rad]."""
+              time: FloatArray, alpha: FloatArray, *, fades: bool) -> FloatArray:
+    """
+    Return the angles (m, k) at which deflections make the sections' curves be read [rad].
+
+    fades : whether flaps lose their effect past the stall.
+    """
     joints = {name: np.interp(time, *pair) for name, pair in positions.items()}
     deflections = np.zeros((len(time), len(aircraft.controls)))
     for c, name in enumerate(aircraft.control_names):
         if name in joints:
             deflections[:, c] = joints[name]
     strips = np.zeros((16, lattice.strips))
-    strips[12], strips[13] = lattice.stall_high, lattice.separated_high
-    strips[14], strips[15] = lattice.stall_low, lattice.separated_low
+    strips[12], strips[14] = lattice.stall_high, lattice.stall_low
+    strips[13], strips[15] = (
+        (lattice.separated_high, lattice.separated_low) if fades else (math.inf, -math.inf))
     found, left, fall = np.empty_like(alpha), np.empty(lattice.strips), np.empty(lattice.strips)
     for i, deflected in enumerate(deflections):
         strips[6] = lattice.angles(deflected) @ lattice.shift
         look_up(alpha[i], strips, found[i], left, fall)
     return found
-
-
-def _greatest_lift(lattice: Lattice) -> FloatArray:
-    """Return the greatest lift coefficient of the strips' sections (k,)."""
-    values = np.empty((lattice.strips, 4))
-    for j, angle in enumerate(lattice.stall_high):
-        section(lattice.curves[lattice.polar_index[j]], angle, values[j])
-    return values[:, 0]
 
 
 def _groups(y: FloatArray, chord: FloatArray | None,

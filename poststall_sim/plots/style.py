@@ -1,6 +1,6 @@
 # Copyright 2026 the poststall_sim developers
 # SPDX-License-Identifier: Apache-2.0
-"""How figures look: colours that the colour-blind tell apart, thin axes, PNG files."""
+"""How figures look: colours that the colour-blind tell apart, thin axes, one type."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -39,7 +39,7 @@ _RC = {
 @contextmanager
 def canvas(width: float, height: float, path: Path) -> Iterator:
     """
-    Give an empty figure of width x height [inches], saved as PNG when the block ends.
+    Give an empty figure of width x height [inches], saved when the block ends.
 
     Raises
     ------

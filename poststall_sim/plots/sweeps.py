@@ -57,7 +57,7 @@ def _title(what: str, result: Mapping[str, Any]) -> str:
 
 
 def _largest_surface(strips: Strips) -> str:
-    """Return the surface with the widest strips' spread, which is the wing."""
+    """Return the surface of the greatest span, which is the wing."""
     return max(dict.fromkeys(strips['surface']),
                key=lambda name: np.ptp(_columns(strips, name)['y_m']))
 
@@ -78,7 +78,8 @@ def _curve(axes, x: np.ndarray, y: np.ndarray, share: np.ndarray, points: Rows) 
     good = np.array([point['status'] == 'converged' for point in points])
     for chosen, colour, marker, label in (
             (good & (share == 0.0), style.ATTACHED, 'o', 'wing attached'),
-            (good & (share > 0.0) & (share < 0.5), '#F0B27F', 'v', 'some strips stalled'),
+            (good & (share > 0.0) & (share < 0.5), style.PARTLY_STALLED, 'v',
+             'some strips stalled'),
             (good & (share >= 0.5), style.STALLED, 'v', 'half of the wing stalled'),
             (~good, style.CONTROL, 'x', 'not converged')):
         if chosen.any():

@@ -128,13 +128,15 @@ def camera(path: FloatArray) -> FloatArray:
 def _label_times(axes, flight: FlightData, marks: list[int], scale: float,
                  floor: float) -> None:
     """Write the time beside every fifth aircraft, and drop a line from it to its shadow."""
+    from matplotlib.patheffects import withStroke
     span = float(np.ptp(np.concatenate(flight.shape)[:, 1]))
     for i in marks[::5]:
         x, y, z = flight.position[i]
         axes.plot([x, x], [y, y], [floor, z], color='#C3C8CE', linewidth=0.8,
                   linestyle=(0, (2, 2)), zorder=2)
         axes.text(x, y, z + 0.5 * scale * span, f'{flight.time[i]:.0f} s', fontsize=8.5,
-                  ha='center', color='#4A5058', zorder=9)
+                  ha='center', color='#4A5058', zorder=9,
+                  path_effects=[withStroke(linewidth=2.5, foreground='white')])
 
 
 def _set_up(axes, path: FloatArray, low: FloatArray, high: FloatArray) -> None:

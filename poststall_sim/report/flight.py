@@ -24,6 +24,7 @@ from poststall_sim.plots import bag as bags
 from poststall_sim.plots import style, trajectory
 from poststall_sim.plots.bag import FlightData
 from poststall_sim.plots.lookup import Pair, onto
+from poststall_sim.plots.strips import matching
 from poststall_sim.report import loading
 from poststall_sim.report.page import (
     MOST_INSTANTS,
@@ -168,7 +169,8 @@ def _page(flight: FlightData, share: Pair | None, found: list[Table],
     data['first'] = next((event['frame'] for event in data['events']
                           if event['kind'] == 'deepest'), 0)
     if strips is not None:
-        lattice = loading.matching(aircraft, strips, DEFAULTS.chordwise) if aircraft else None
+        lattice = matching(aircraft, DEFAULTS.chordwise, len(strips.y), strips.y) \
+            if aircraft else None
         angle = loading.angles(strips, lattice, aircraft, {
             name: (flight.time, values) for name, values in flight.deflections.items()})
         data['strips'] = loading.loading(strips, chosen, angle)

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from poststall_sim.aero import lattice as lattices
 from poststall_sim.aero import polars
 from poststall_sim.aero.lattice import Lattice
+from poststall_sim.aircraft import Aircraft
 from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import FloatArray
 from poststall_sim.plots.lookup import Pair
@@ -18,12 +18,6 @@ from poststall_sim.report.page import Data, numbers
 _BEYOND = 6.0
 """How far curves go on past the angles that were flown [deg]."""
 _MOST_CURVES = 6
-
-
-def matching(aircraft, strips: StripData, panels: int) -> Lattice | None:
-    """Return the lattice of an aircraft if it has these strips."""
-    lattice = lattices.build(aircraft, panels)
-    return lattice if lattice.strips == len(strips.y) else None
 
 
 def loading(strips: StripData, chosen: np.ndarray, angle: FloatArray | None) -> Data:
@@ -43,12 +37,13 @@ def loading(strips: StripData, chosen: np.ndarray, angle: FloatArray | None) -> 
                    for group in strips.groups]}
 
 
-def angles(strips: StripData, lattice: Lattice | None, aircraft,
+def angles(strips: StripData, lattice: Lattice | None, aircraft: Aircraft | None,
            deflections: Mapping[str, Pair]) -> FloatArray | None:
     """Return the angles (m, k) [rad] at which the sections' curves are read."""
-    if strips.alpha is None or lattice is None:
+    if strips.alpha is None or lattice is None or aircraft is None:
         return strips.alpha
-    return looked_up(deflections, lattice, aircraft, strips.time, strips.alpha)
+    return looked_up(deflections, lattice, aircraft, strips.time, strips.alpha,
+                     fades=strips.fades)
 
 
 def curves(lattice: Lattice, strips: StripData, angle: FloatArray, *, airspeed: float,

@@ -176,7 +176,7 @@
     Plotly.newPlot('histories', traces, layout, config);
     element('histories').on('plotly_click', (event) => {
       const point = event.points[0];
-      show(page.x.length === page.frames.length ? point.pointIndex : nearest(point.x));
+      show(page.points ? point.pointIndex : nearest(point.x));   // up and down pass an angle twice
     });
     element('histories-title').textContent = page.points ? 'Coefficients' : 'Time histories';
     element('histories-hint').textContent = (touch ? 'A tap' :

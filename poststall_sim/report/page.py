@@ -33,7 +33,8 @@ _FIGURES = 5
 _NOTHING = (None, '', [], (), {})
 _MOST_EVENTS = 60
 _UNITS = {'_deg': 'deg', '_m_s': 'm/s', '_m2': 'm^2', '_m': 'm', '_s': 's', '_kg': 'kg',
-          '_kg_m3': 'kg/m^3', '_K': 'K', '_Pa': 'Pa', '_chords': 'chords'}
+          '_kg_m3': 'kg/m^3', '_K': 'K', '_Pa': 'Pa', '_chords': 'chords', '_rad': 'rad',
+          '_N': 'N', '_ms': 'ms', '_us': '\u00b5s'}
 """Endings of keys, longest first where one ends another."""
 
 COLOURS = {'attached': style.ATTACHED, 'partly': style.PARTLY_STALLED, 'stalled': style.STALLED,
@@ -109,7 +110,7 @@ def readout(label: str, unit: str, digits: int, values: FloatArray) -> Data:
 
 
 def table(title: str, values: Mapping[str, Any]) -> Table:
-    """Return settings as a table, those that are nested named after both keys, none left out."""
+    """Return settings as a table, what is nested named after both keys, without what is empty."""
     found: list[tuple[str, str]] = []
     for key, value in values.items():
         if isinstance(value, Mapping):
@@ -138,7 +139,7 @@ def _said(value: Any) -> str:
     if isinstance(value, bool):
         return 'yes' if value else 'no'
     if isinstance(value, float):
-        return f'{value + 0.0:.5g}'
+        return f'{value + 0.0:.6g}'
     if isinstance(value, (list, tuple)):
         return ', '.join(_said(each) for each in value)
     return str(value)

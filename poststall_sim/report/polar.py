@@ -12,7 +12,7 @@ from poststall_sim.aero.decambering import Closure
 from poststall_sim.aero.lattice import Lattice
 from poststall_sim.aircraft import Aircraft
 from poststall_sim.plots import style
-from poststall_sim.plots.strips import StripData, StripGroup
+from poststall_sim.plots.strips import StripData, StripGroup, matching
 from poststall_sim.report import loading
 from poststall_sim.report.page import Data, frames, line, numbers, panel, readout, tables
 
@@ -69,7 +69,7 @@ def of_json(result: Mapping[str, Any], aircraft: Aircraft | None) -> Data:
 
 def _strips(result: Mapping[str, Any]) -> StripData:
     """Return the strips of all points; the place of `time` is that of a point's number."""
-    each = [point['strips'] for point in result['points']]
+    each, settings = [point['strips'] for point in result['points']], result['settings']
     surface, y = each[0]['surface'], np.array(each[0]['y_m'], dtype=float)
     names = list(dict.fromkeys(surface))
     groups = [StripGroup(name, slice(surface.index(name),
@@ -81,7 +81,8 @@ def _strips(result: Mapping[str, Any]) -> StripData:
     return StripData(
         time=np.arange(len(each), dtype=float), y=y, chord=None, cl=column['cl'],
         alpha=np.radians(column['alpha_deg']), delta=np.radians(column['delta_deg']),
-        stalled=column['stalled'], cl_max=None, groups=tuple(groups))
+        stalled=column['stalled'], cl_max=None, groups=tuple(groups),
+        fades=settings['decambering'] and settings['closure'] == Closure.NONLOCAL.value)
 
 
 def _lattice(result: Mapping[str, Any], aircraft: Aircraft, strips: StripData) -> Lattice | None:
@@ -92,7 +93,7 @@ def _lattice(result: Mapping[str, Any], aircraft: Aircraft, strips: StripData) -
     cut = replace(aircraft, surfaces=tuple(
         surface.cut(settings['strips'][surface.name])
         for surface in aircraft.surfaces))
-    return loading.matching(cut, strips, settings['panels'])
+    return matching(cut, settings['panels'], len(strips.y), strips.y)
 
 
 def _events(points: list[Mapping[str, Any]], strips: StripData,

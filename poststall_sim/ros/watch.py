@@ -24,7 +24,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from poststall_sim import definition, inlets, topics
-from poststall_sim.aircraft import ConfigError
+from poststall_sim.aircraft import Aircraft, ConfigError
 from poststall_sim.ros import messages
 from poststall_sim.watch import scene as scenes
 from poststall_sim.watch.scene import Scene
@@ -50,10 +50,10 @@ class WatchNode(Node):
     parameters that say which aircraft it flies. An aircraft that is not known here is watched as
     any other; it can be flown where it is given.
 
-    aircraft : a file or a name, instead of the one that the simulator names.
+    aircraft : whose controls they are, instead of the one that the simulator names.
     """
 
-    def __init__(self, namespace: str, aircraft: str | None, **node_options: Any) -> None:
+    def __init__(self, namespace: str, aircraft: Aircraft | None, **node_options: Any) -> None:
         super().__init__('watch', namespace=namespace, **node_options)
         self.scene = Scene(self.get_namespace())
         self._aircraft = aircraft
@@ -143,14 +143,15 @@ class WatchNode(Node):
                 self._known = None
                 return
             name, strips = future.result().values
-            self._describe(aircraft, self._aircraft or name.string_value)
+            self._describe(aircraft, name.string_value)
             self._describe_strips(list(strips.string_array_value))
         client.call_async(GetParameters.Request(
             names=['aircraft', 'strip_names'])).add_done_callback(answered)
 
     def _describe(self, name: str, file: str) -> None:
         try:
-            found = definition.aircraft(definition.find(definition.Kind.AIRCRAFT, file))
+            found = self._aircraft or definition.aircraft(
+                definition.find(definition.Kind.AIRCRAFT, file))
         except ConfigError as error:
             self.get_logger().warning(
                 f'it can be watched, not flown: the limits of its controls are not known '
@@ -193,7 +194,7 @@ class WatchNode(Node):
 
 
 @contextmanager
-def watching(namespace: str, aircraft: str | None) -> Iterator[WatchNode]:
+def watching(namespace: str, aircraft: Aircraft | None) -> Iterator[WatchNode]:
     """
     Give the node, which hears the simulator of a namespace until the block ends.
 

@@ -18,6 +18,8 @@
   const keyInAddress = location.hash.slice(1);
   const parts = {};   // the latest of each kind
   const known = (value) => value !== null && value !== undefined;
+  const scaled = (name, factor) => (values) =>
+    values && known(values[name]) ? values[name] * factor : null;
 
   // Draws at most so often.
   function figure(period, draw) {
@@ -56,7 +58,7 @@
   // ---- time histories ----
   const SECONDS = 60, SAMPLES = 10;
   let kept = [];   // time, and what the panels show
-  let panels = null;
+  let panels = [], panelsOf = null;
   function remember(state) {
     const last = kept.length ? kept[kept.length - 1].time : -Infinity;
     if (state.time < last) kept = [];
@@ -64,17 +66,16 @@
     kept = kept.filter((each) => each.time > state.time - SECONDS).concat(state);
   }
   const COLOURS = [colours.ink, colours.second, colours.third, colours.limit, colours.attached];
-  function beginHistories() {
-    const names = Object.keys(parts.state.targets || {}).filter((name) => name !== 'throttle');
+  function beginHistories(controls) {
     const of = (name, colour, get) => ({name, colour, get});
     panels = [
-      {title: 'airspeed [m/s]', least: 1, lines: [of('airspeed', colours.attached, (s) => s.airspeed)]},
+      {title: 'airspeed [m/s]', least: 1, lines: [of('airspeed', colours.attached, scaled('airspeed', 1))]},
       {title: 'flow angles [deg]', least: 2, lines: [
-        of('alpha', colours.attached, (s) => s.alpha * degrees),
-        of('beta', colours.third, (s) => s.beta * degrees)]},
-      {title: 'altitude [m]', least: 1, lines: [of('altitude', colours.attached, (s) => s.altitude)]},
-      {title: 'controls [deg]', least: 2, lines: names.map((name, i) => of(name, COLOURS[i % COLOURS.length],
-        (s) => s.controls ? s.controls[name] * degrees : null))}];
+        of('alpha', colours.attached, scaled('alpha', degrees)),
+        of('beta', colours.third, scaled('beta', degrees))]},
+      {title: 'altitude [m]', least: 1, lines: [of('altitude', colours.attached, scaled('altitude', 1))]},
+      {title: 'controls [deg]', least: 2, lines: controls.map((name, i) => of(name,
+        COLOURS[i % COLOURS.length], (s) => scaled(name, degrees)(s.controls)))}];
     const columns = narrow ? 1 : 2, rows = panels.length / columns;
     const layout = clean({margin: {l: 44, r: 8, t: 20, b: 36}, dragmode: false, annotations: []});
     panels.forEach((panel, k) => {
@@ -99,7 +100,8 @@
   }
   function drawHistories() {
     if (!parts.state || !parts.state.targets) return;
-    if (panels === null) beginHistories();
+    const names = Object.keys(parts.state.targets).filter((name) => name !== 'throttle');
+    if (panelsOf !== names.join()) { panelsOf = names.join(); beginHistories(names); }
     const lines = panels.flatMap((panel) => panel.lines);
     const x = kept.map((each) => each.time - parts.state.time);
     const y = lines.map((line) => kept.map(line.get));
@@ -128,7 +130,6 @@
     const own = state.stalled.slice(wing.begin, wing.end);
     return 100 * own.filter((each) => each > 0.5).length / own.length;
   };
-  const scaled = (name, factor) => (state) => known(state[name]) ? state[name] * factor : null;
   const GAUGES = [   // name, unit, digits, value, id
     ['airspeed', 'm/s', 1, scaled('airspeed', 1)], ['altitude', 'm', 1, scaled('altitude', 1)],
     ['alpha', '\u00b0', 1, scaled('alpha', degrees)],
@@ -298,7 +299,7 @@
     element('report').textContent = said.join(' \u00b7 ');
   }
 
-  const figures = [figure(60, drawGauges), figure(60, drawControls), 
+  const figures = [figure(60, drawGauges), figure(60, drawControls),
     figure(40, () => aircraft.draw(parts)), figure(90, drawLift), figure(250, drawHistories)];
   // For two thirds of the time at most: a slow phone has to keep up, and to hear its fingers.
   let waiting = false, rested = 0;

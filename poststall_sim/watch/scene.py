@@ -57,10 +57,10 @@ class Scene:
         roll, pitch, yaw = euler_from_quaternion(quaternion_from_enu_flu(np.array(xyzw))).tolist()
         x, y, z, w = xyzw
         attitude = rotation(np.array([w, x, y, z]))
-        self._heard_at = now
         self.values(time=time, place=list(place), altitude=place[2], bank=roll, pitch=pitch,
                     heading=yaw, attitude=attitude.ravel().tolist(),
                     velocity=(attitude @ velocity).tolist())
+        self._heard_at = now   # only now: the state is told once it has a pose
 
     def values(self, **found: Any) -> None:
         """Take parts of the state: numbers, lists of numbers, numbers by name."""

@@ -36,6 +36,8 @@ COMMAND_PERIOD = 0.05
 """So often the controls that a page holds are commanded [s]."""
 MOST_PAGES = 16
 """Pages that are served at one time."""
+GOODBYE = 0.5
+"""So long may it take to close the pages at the end [s]."""
 
 _HEADERS = {
     'X-Content-Type-Options': 'nosniff', 'Referrer-Policy': 'no-referrer',
@@ -90,7 +92,7 @@ class Server:
         for path in self._files:
             app.router.add_get(path, self._file)
         app.on_shutdown.append(self._close)
-        runner = web.AppRunner(app, access_log=None, shutdown_timeout=1.0)
+        runner = web.AppRunner(app, access_log=None, shutdown_timeout=GOODBYE)
         await runner.setup()
         try:
             self._port = await _listen(runner, port)
@@ -207,8 +209,13 @@ class Server:
             await asyncio.sleep(COMMAND_PERIOD)
 
     async def _close(self, app: web.Application) -> None:
-        await asyncio.gather(*(page.close(code=WSCloseCode.GOING_AWAY)
-                               for page in tuple(self._pages)))
+        """Say goodbye to the pages; one that does not read keeps nobody waiting."""
+        closing = [asyncio.ensure_future(page.close(code=WSCloseCode.GOING_AWAY))
+                   for page in self._pages]
+        if closing:
+            _, waiting = await asyncio.wait(closing, timeout=GOODBYE)
+            for each in waiting:
+                each.cancel()
 
 
 def _text(kind: str, part: Data) -> str:
