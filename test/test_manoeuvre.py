@@ -203,17 +203,17 @@ def test_no_trim_is_missed_between_two_angles_of_the_search(airspeed, alphas, fo
 
 
 def only_from_above(alpha, before):
-    """No flow is found at 20 deg on the way up."""
+    """Return an airspeed, but for 20 deg on the way up."""
     return math.nan if alpha == 20.0 and not before >= 20.0 else 12.0 - 0.1 * alpha
 
 
 def a_little_off(alpha, before):
-    """Started from its own flow it comes out as much below as it did above."""
+    """Return an airspeed as much below from its own flow as it is above from another."""
     return 12.0 - 0.1 * alpha + (-1e-12 if before == alpha else 1e-12)
 
 
 def broken_off(alpha, before):
-    """A branch ends at 19 deg, and another one goes on."""
+    """Return the airspeed of a branch that ends at 19 deg, and of another that goes on."""
     return 11.0 if alpha < 19.0 else 9.0
 
 

@@ -85,7 +85,7 @@ def test_beyond_the_tables_the_last_one_is_held(tapered, pair):
 
 
 def test_strips_beyond_their_tables_are_told_by_how_much(tapered):
-    """Three times beyond is the edge: the least chord is the first too slow, the greatest too fast."""
+    """Three times beyond is the edge: for the least chord when slow, for the greatest when fast."""
     lattice, air = tapered.lattice, standard_air(0.0)
     assert np.array_equal(lattice.reynolds_range, np.broadcast_to([LOW, HIGH], (12, 2)))
     slow = LOW / 3.0 * air.kinematic_viscosity / float(lattice.strip_chord.min())
@@ -94,7 +94,8 @@ def test_strips_beyond_their_tables_are_told_by_how_much(tapered):
         assert envelope.reynolds(airspeed, air, lattice) == ()
     for airspeed in (0.5 * slow, 2.0 * fast):
         excess, = envelope.reynolds(airspeed, air, lattice)
-        assert excess.beyond == pytest.approx(2.0) and 'tables are of 1e+05 to 1e+06' in excess.text
+        assert excess.beyond == pytest.approx(2.0)
+        assert 'tables are of 1e+05 to 1e+06' in excess.text
     silent = models.build(wings.rectangular(4.0, 4)).lattice
     assert envelope.reynolds(1e-3, air, silent) == ()
 
