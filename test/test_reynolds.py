@@ -85,7 +85,7 @@ def test_beyond_the_tables_the_last_one_is_held(tapered, pair):
 
 
 def test_strips_beyond_their_tables_are_told_by_how_much(tapered):
-    """Three times beyond is the edge: for the least chord when slow, for the greatest when fast."""
+    """Three times beyond is the edge: for the least chord if slow, for the greatest if fast."""
     lattice, air = tapered.lattice, standard_air(0.0)
     assert np.array_equal(lattice.reynolds_range, np.broadcast_to([LOW, HIGH], (12, 2)))
     slow = LOW / 3.0 * air.kinematic_viscosity / float(lattice.strip_chord.min())
