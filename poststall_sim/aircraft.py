@@ -219,6 +219,16 @@ class MassProperties:
                 f'{moments[2]:.4g} kg m^2')
 
 
+def usual_radii(span: float, length: float) -> FloatArray:
+    """
+    Return the radii of gyration (3,) about body axes of an aircraft with a single propeller [m].
+
+    Shares of half the span, half the length and half their mean: D. P. Raymer, Aircraft Design,
+    6th ed., table 16.1.
+    """
+    return np.array([0.25, 0.38, 0.39]) * [0.5 * span, 0.5 * length, 0.25 * (span + length)]
+
+
 @dataclass(frozen=True, slots=True)
 class Reference:
     """Area [m^2], chord [m] and span [m] that coefficients are made with."""

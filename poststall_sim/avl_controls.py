@@ -30,7 +30,7 @@ class Flap:
     A piece of a surface that a control moves, along the span in the file's order, 0 to 1.
 
     axis : of the hinge as drawn, None along the hinge line; gain : ours, of the surface as drawn;
-    image_gain : of its image.
+    image_gain : of its image, 0 where that stands still.
     """
 
     where: Place

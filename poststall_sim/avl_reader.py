@@ -24,6 +24,7 @@ from poststall_sim.aircraft import (
     Reference,
     Section,
     Surface,
+    usual_radii,
 )
 from poststall_sim.avl_controls import Flap, as_name
 from poststall_sim.avl_file import AvlFile, Sheet, Station
@@ -34,12 +35,6 @@ TRAVEL = math.radians(30.0)
 """Assumed of the largest deflection of what a control moves."""
 DENSE = 10.0
 """Assumed mass over area to the power 3/2 [kg/m^3]; 6 of model aeroplanes, 16 of light ones."""
-GYRATION = (0.25, 0.38, 0.39)
-"""
-Radii of gyration over half the span, the length, and half of their mean.
-
-D. P. Raymer, Aircraft Design, 6th ed., table 16.1, a single propeller.
-"""
 _DEFAULT_STRIPS = 8
 
 Sections = tuple[Section, ...]
@@ -147,14 +142,13 @@ class _Reading:
                                     section.leading_edge_G[0] + section.chord)])
         # A nose ahead of the wing; shorter than half its span no radii fit a rigid body.
         long = max(1.3 * float(np.ptp(edges)), 0.5 * reference.span)
-        arms = np.array([0.5 * reference.span, 0.5 * long, 0.25 * (reference.span + long)])
         self.assumptions.append(
             f'no mass file: assumed {mass:.3g} kg, balanced at Xref Yref Zref, with inertias of '
             'an ordinary aircraft')
         return self.file.where.build(
             MassProperties, mass=mass,
             cg_G=tuple(self.length * x for x in self.file.origin),
-            inertia_B=mass * np.diag((np.array(GYRATION) * arms) ** 2))
+            inertia_B=mass * np.diag(usual_radii(reference.span, long) ** 2))
 
     def _controls(self) -> tuple[Control, ...]:
         """Return the controls with their effectors, both sides of one in one where alike."""
@@ -203,7 +197,8 @@ class _Reading:
         backwards = across < 0.0 if abs(across) >= abs(up) else up < 0.0
         if backwards:
             sections, edges = sections[::-1], 1.0 - edges[::-1]
-        self.moved += [(flap.control, flap.effector(name, 0, backwards)) for flap in flaps]
+        for flap in flaps:
+            self._move(flap, name, 0, backwards)
         return sheet.where.build(Surface, name=name, sections=sections, flat=True,
                                  strips=len(edges) // 2, **_cut(edges))
 
@@ -217,11 +212,16 @@ class _Reading:
             s.leading_edge_G[0], side * s.leading_edge_G[1] if i else 0.0, s.leading_edge_G[2]))
             for i, s in enumerate(sections))
         for flap in flaps:
-            self.moved += [(flap.control, flap.effector(name, side, backwards)),
-                           (flap.control, flap.image().effector(name, -side, backwards))]
+            self._move(flap, name, side, backwards)
+            self._move(flap.image(), name, -side, backwards)
         return sheet.where.build(
             Surface, name=name, sections=half, strips=len(edges) - 1, symmetric=True, flat=True,
             **_cut(edges))
+
+    def _move(self, flap: Flap, surface: str, side: int, backwards: bool) -> None:
+        """Keep what a flap moves; an image with a SgnDup of 0 stands still."""
+        if flap.gain != 0.0:
+            self.moved.append((flap.control, flap.effector(surface, side, backwards)))
 
     def _sections(self, sheet: Sheet) -> tuple[tuple[Section, ...], FloatArray]:
         """Return the sections in the order of the file and their place along the span, 0..1."""

@@ -28,7 +28,7 @@ from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.simulation import Flight, SavedFlight
 
-FORMAT = 6
+FORMAT = 7
 """Goes up with every change of what a flight remembers: an old file is refused, not guessed."""
 GREATEST = 256 * 1024 * 1024
 """No flight is larger, packed or not [bytes]: what is, is not read."""

@@ -15,9 +15,10 @@ it, and loads the wings otherwise; `turning` has the flights that are in balance
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
-from scipy.optimize import brentq, least_squares, minimize_scalar, root
+from scipy.optimize import least_squares, minimize_scalar, root
 
 from poststall_sim import failures, propulsion
 from poststall_sim import trim as trims
@@ -135,7 +136,7 @@ def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = No
         # A propeller that the air turns answers to no throttle: a search that comes there stays.
         k = unknown.index('throttle')
         idle = propulsion.idle_throttle(aircraft, flown(x).airspeed, density, task.failed)
-        if x[k] <= idle + NEAR:
+        if 0.0 < idle and x[k] <= idle + NEAR:
             answering = np.where(np.arange(len(x)) == k, idle, low)
             x = min(x, search(np.maximum(first, answering), answering), key=missing)
     found = replace(flown(x), residual=imbalance(x))
@@ -159,10 +160,9 @@ def _without(task: Task, dead: Sequence[str]) -> Task:
 def _shown(model: Model, found: Trim, dead: Sequence[str]) -> Controls:
     """Return the controls of a flight, dead ones at the deflection that their parts show."""
     deflections = found.controls.deflections.copy()
-    for name in dead:
-        k = model.aircraft.control_names.index(name)
-        gains = model.aircraft.mixing[:, k]
-        deflections[k] = gains @ found.angles / (gains @ gains)
+    which = [model.aircraft.control_names.index(name) for name in dead]
+    deflections[which] = np.linalg.lstsq(
+        model.aircraft.mixing[:, which], found.angles, rcond=None)[0]
     return replace(found.controls, deflections=deflections)
 
 
@@ -261,7 +261,8 @@ def _judged(found: Trim, unknown: list[str], x: FloatArray, low: FloatArray,
 def _standing(name: str, value: float) -> str:
     if name in ('throttle', 'airspeed'):
         return f'{name} {value:.2f}'
-    return f'{name.replace("_", " ")} {math.degrees(value):.3g} deg'
+    unit = 'deg/s' if name == 'turn_rate' else 'deg'
+    return f'{name.replace("_", " ")} {math.degrees(value):.3g} {unit}'
 
 
 def branches(model: Model, *, airspeed: float, altitude: float, alphas: FloatArray,
@@ -284,21 +285,25 @@ def branches(model: Model, *, airspeed: float, altitude: float, alphas: FloatArr
     def gap(alpha: float, delta0: FloatArray) -> float:
         return at(alpha, delta0).airspeed - airspeed
 
+    def near(speed: float, other: float) -> bool:
+        return abs(speed - other) < SAME * airspeed
+
     found: list[Trim] = []
     on_the_way_up: dict[float, float] = {}
     run: list[Trim] = []   # of neighbours, on one way, without a gap
-    for alpha in [*alphas, *alphas[::-1]]:
+    for k, alpha in enumerate([*alphas, *alphas[::-1]]):
         here = at(float(alpha), run[-1].aero.strips.delta if run else None)
         told()
         turns_back = run and here.alpha == run[-1].alpha
         run = [*([] if turns_back else run[-2:]), here] if _followed(here) else []
-        same = [abs(on_the_way_up.setdefault(each.alpha, each.airspeed) - each.airspeed)
-                < SAME * airspeed for each in run]
-        if len(run) < 2 or run[-1].alpha < run[-2].alpha and all(same):
+        if k < len(alphas):
+            on_the_way_up |= {each.alpha: each.airspeed for each in run}
+        elif all(near(on_the_way_up.get(each.alpha, math.inf), each.airspeed) for each in run):
             continue
-        for low, high, delta0 in _brackets(gap, run, airspeed):
-            trim = at(brentq(gap, low, high, args=(delta0,), xtol=1e-10), delta0)
-            if trim.status is Status.CONVERGED and all(
+        for low, high, delta0 in _brackets(gap, run, airspeed) if len(run) > 1 else ():
+            trim = at(trims.crossing(partial(gap, delta0=delta0), low, high), delta0)
+            # Where the branch ends in between the airspeed jumps over the one asked for.
+            if trim.status is Status.CONVERGED and near(trim.airspeed, airspeed) and all(
                     abs(trim.alpha - other.alpha) > SAME for other in found):
                 found.append(trim)
     return sorted(found, key=lambda trim: trim.alpha)

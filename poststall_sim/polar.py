@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from poststall_sim.aero import far_field, operating, solver
+from poststall_sim.aero.decambering import wrap
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aero.schemes import Start
 from poststall_sim.aero.solver import AeroResult
@@ -216,7 +217,7 @@ def distinct_solutions(model: Model, condition: Condition, *, starts: int,
         if not np.abs(end.residual).max() <= model.settings.tolerance:
             failed += 1
             continue
-        known = [np.abs(_turned(end.delta - delta)).max() < APART for delta in found]
+        known = [np.abs(wrap(end.delta - delta)).max() < APART for delta in found]
         if any(known):
             counts[known.index(True)] += 1
         else:
@@ -227,8 +228,3 @@ def distinct_solutions(model: Model, condition: Condition, *, starts: int,
         tuple(point(model, condition, airspeed=airspeed, density=density, delta0=found[k])
               for k in order),
         tuple(counts[k] for k in order), starts, failed)
-
-
-def _turned(angle: FloatArray) -> FloatArray:
-    """Return angles [rad] brought into -pi..pi."""
-    return np.remainder(angle + math.pi, 2.0 * math.pi) - math.pi

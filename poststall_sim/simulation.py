@@ -25,7 +25,7 @@ from poststall_sim.coupling import (
     limited,
     step,
 )
-from poststall_sim.failures import Failure
+from poststall_sim.failures import Failure, Kind
 from poststall_sim.frames import FloatArray, quaternion_from_euler, rotation
 from poststall_sim.state import BodyState, Controls, Snapshot, Status
 from poststall_sim.weather import CALM, Weather
@@ -38,7 +38,8 @@ class SavedFlight:
 
     first : where and how fast through the air it began; delta0, turning : its decambering there,
     and whether its wake was that of a turn; began_ns, carried_N : see `Flight`; failed_engines
-    (k,) : 1 for those that have failed, else 0; failed_parts : see `failures.as_array`.
+    (2, k) : 1 for those of `Flight.failed_engines` alone, and for those that are off by
+    `Flight.failures`, else 0; failed_parts : see `failures.as_array`.
     """
 
     dt_ns: int
@@ -170,7 +171,8 @@ class Flight:
             delta0=self._delta0, turning=self._turning,
             state=replace(self.state, flow=flow), snapshot=self.snapshot,
             paused_reason=self.paused_reason, failed_engines=np.array([
-                float(name in self.failed_engines) for name in self.model.aircraft.engine_names]),
+                [float(name in names) for name in self.model.aircraft.engine_names]
+                for names in (self._failed_engines, failures.engines_off(self._failures))]),
             failed_parts=failures.as_array(self._failed_parts))
 
     @classmethod
@@ -182,17 +184,19 @@ class Flight:
         """
         first, weather = saved.first, saved.weather
         blown = first.velocity_B + rotation(first.q_NB).T @ weather.mean_N(first.altitude)
-        engines = zip(model.aircraft.engine_names, saved.failed_engines)
+        failed, off = ([name for name, gone in zip(model.aircraft.engine_names, each) if gone]
+                       for each in saved.failed_engines)
         flight = cls(replace(model, atmosphere=saved.atmosphere),
                      replace(first, velocity_B=blown), saved.trim, dt_ns=saved.dt_ns,
                      weather=weather, delta0=saved.delta0, turning=saved.turning,
-                     failed=frozenset(name for name, gone in engines if gone))
+                     failed=frozenset(failed))
         # To the bit: what was added to the velocity and taken from it again is not.
         flight._first = saved.first
         flight.began_ns, flight.carried_N = saved.began_ns, saved.carried_N
         flight.state, flight.snapshot = saved.state, saved.snapshot
         flight._failed_parts = failures.from_array(saved.failed_parts)
-        flight._failures = failures.by_name(model.aircraft, flight._failed_parts)
+        flight._failures = failures.by_name(model.aircraft, flight._failed_parts) \
+            | {name: Failure(Kind.OFF) for name in off}
         flight.paused_reason = saved.paused_reason
         return flight
 

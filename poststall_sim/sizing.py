@@ -21,6 +21,7 @@ from poststall_sim.aircraft import (
     Reference,
     Section,
     Surface,
+    usual_radii,
 )
 from poststall_sim.controls import Control, Effector
 from poststall_sim.engines import LinearThrust
@@ -109,7 +110,7 @@ def conventional(name: str, numbers: Numbers, wing_airfoil: Airfoil,
         Control('rudder', (math.radians(-25.0), math.radians(25.0)), (
             Effector('fin', hinge=0.55),)))
     length = arm + 1.5 * chord
-    radii = np.array(survey.GYRATION) * [0.5 * span, 0.5 * length, 0.25 * (span + length)]
+    radii = usual_radii(span, length)
     low = -0.1 * chord
 
     def balanced(x: float) -> Aircraft:

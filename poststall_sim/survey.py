@@ -16,7 +16,7 @@ import numpy as np
 from poststall_sim import envelope, polar
 from poststall_sim.aero import polars
 from poststall_sim.aero.model import Model
-from poststall_sim.aircraft import Aircraft, Surface
+from poststall_sim.aircraft import Aircraft, Surface, usual_radii
 from poststall_sim.airfoil_report import steepest_unique_fall
 from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import GRAVITY, control_sign
@@ -34,8 +34,6 @@ STRIP_WIDTH = (0.2, 1.0)
 ROLL_RATE, PITCH_CHANGE, LIFT_CHANGE = 0.05, 0.3, 1.5
 """Least p b/2V of full ailerons and change of Cm of full elevator; less of that is enough where
 the static margin is so small that it changes the lift of trimmed flight by as much as this."""
-GYRATION = (0.25, 0.38, 0.39)
-"""Radii over half the span, half the length and half their mean: Raymer, table 16.1."""
 GYRATION_FACTOR = 2.0
 POSITIVE = {'elevator': (1, -1.0, 'lifts the nose'), 'aileron': (0, 1.0, 'rolls to the left'),
             'rudder': (2, -1.0, 'yaws to the right')}
@@ -292,7 +290,7 @@ def _masses(aircraft: Aircraft, figures: Survey) -> Iterator[Finding]:
                      for x in (s.leading_edge_G[0], s.leading_edge_G[0] + s.chord)])
     span = figures.planforms[0].span
     radii = np.sqrt(np.diag(aircraft.mass.inertia_B) / aircraft.mass.mass)
-    usual = np.array(GYRATION) * [0.5 * span, 0.5 * length, 0.25 * (span + length)]
+    usual = usual_radii(span, length)
     for axis, radius, other in zip(('roll', 'pitch', 'yaw'), radii, usual):
         if not 1.0 / GYRATION_FACTOR < radius / other < GYRATION_FACTOR:
             yield Finding(f'inertia in {axis}', f'has a radius of gyration of {radius:.3g} m',

@@ -253,7 +253,7 @@ class _Search:
     def elevator(self, trial: Trim) -> float:
         """Return what balances the pitching moment of the air, or the limit that is nearer."""
         low, high = self.model.aircraft.controls[_elevator(self.model)].limits
-        return _crossing(lambda x: float(geometry_to_body(self.in_air(
+        return crossing(lambda x: float(geometry_to_body(self.in_air(
             self.moved(trial, {PITCH_CONTROL: x})).aero.moment_G)[1]), low, high)
 
     def balanced(self, trial: Trim, free: dict[str, float], airspeed: float = 1.0) -> Trim:
@@ -366,12 +366,13 @@ def _gliding(model: Model, alpha: float, altitude: float,
     return search, trial
 
 
-def _crossing(moment: Callable[[float], float], low: float, high: float) -> float:
-    """Return where a moment is none, or the end at which it is less."""
-    at_low, at_high = moment(low), moment(high)
+def crossing(balance: Callable[[float], float], low: float, high: float) -> float:
+    """Return where a balance is none, or the end at which it is less."""
+    at_low, at_high = balance(low), balance(high)
     if at_low * at_high > 0.0:
         return low if abs(at_low) < abs(at_high) else high
-    return brentq(moment, low, high, xtol=1e-13)
+    known = {low: at_low, high: at_high}
+    return brentq(lambda x: known[x] if x in known else balance(x), low, high, xtol=1e-13)
 
 
 def powered(model: Model, *, alpha: float, altitude: float, climb_angle: float = 0.0,

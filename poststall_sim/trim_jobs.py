@@ -29,7 +29,7 @@ SEARCHED = np.radians(np.arange(-8.0, 61.0, 2.0))
 def explained(message: str) -> str:
     """Return why there is no trim at an airspeed, with what to think of where it is unclear."""
     unclear = 'no balance found' in message
-    return message + ('; too slow or too fast for level flight?' if unclear else '')
+    return message + ('; too slow or too fast?' if unclear else '')
 
 
 def straight_trims(model: Model, airspeeds: Sequence[float], *, altitude: float,

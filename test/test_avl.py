@@ -360,6 +360,16 @@ def test_signs_of_controls_follow_the_hinge_vector(read):
         assert rudder.hinge_axis == pytest.approx(line / np.linalg.norm(line))
 
 
+def test_an_image_that_stands_still_has_nothing_that_moves(read):
+    """SgnDup 0, of both sides of one surface, there and back, and of a surface of its own."""
+    first = read(CONVENTIONAL.replace('aileron -1.0 0.75 0 0 0 -1.0', 'aileron -1.0 0.75 0 0 0 0'))
+    for aircraft in (first, read(avl_writer.text(first, 4))):
+        aileron, = (each for each in aircraft.controls if each.name == 'aileron')
+        assert [(each.side, each.gain) for each in aileron.effectors] == [(1, -1.0)]
+    apart = SURFACE.format(half='0.0', y=2.0, root=0.5).replace('0.3 1 0 1', '0.3 1 0 0')
+    assert [each.surface for each in read(HEAD + apart).controls[0].effectors] == ['Wing']
+
+
 def test_axis_of_an_image_is_that_of_the_right_side(read):
     """Drawn on the left, or as two surfaces of their own."""
     wing = SURFACE.format(half='0.0', y=-2.0, root=0.0)

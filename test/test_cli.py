@@ -131,6 +131,10 @@ def test_json_and_plot_without_a_file(tmp_path):
     (['trim', '--all', '--alpha', '5'], '--all is of straight flight at an airspeed'),
     (['trim', '--aircraft', 'wing_tail', '--airspeed', '30', '--climb', '2'],
      'wing_tail has no engine: --climb has no effect'),
+    (['trim', '--airspeed', '12', '--failed', 'engine_1', '--climb', '2'],
+     'trainer has no engine that works: --climb has no effect'),
+    (['trim', '--aircraft', 'wing_tail', '--airspeed', '30', '--throttle', '0.5'],
+     'wing_tail has no engine: --throttle has no effect'),
     (['polar', '--no-decambering', '--closure', 'local'], '--closure has no effect with --no'),
     (['polar', '--no-decambering', '--scheme', 'D'], '--scheme has no effect with --no'),
     (['polar', '--no-decambering', '--start', 'zero'], '--start has no effect with --no'),
@@ -316,7 +320,7 @@ def test_without_a_trim_it_says_why_and_ends_with_1(tmp_path, capsys):
     assert 'its limits are' in trim['message']
     assert cli.main(['trim', '--airspeed', '3']) == 1
     said = capsys.readouterr().err
-    assert 'no balance found' in said and 'too slow or too fast for level flight?' in said
+    assert 'no balance found' in said and 'too slow or too fast?' in said
 
 
 def test_a_throttle_of_0_is_one(tmp_path):

@@ -234,8 +234,12 @@ def test_scenario_turns_an_engine_off_when_it_says(started):
     assert flight.failed_engines == {'engine_1'} and set(flight.failures) == {'engine_1', 'rudder'}
     again = Flight.resumed(flight.model, flight.saved())
     assert again.failed_engines == {'engine_1'} and again.step(again.trim).thrust_B[0] == 0.0
-    flight.failures = {}
-    assert not flight.failed_engines
+    assert again.failures == flight.failures
+    for each in (flight, again):
+        each.failures = {}
+        assert not each.failed_engines
+    other = Flight.resumed(other.model, other.saved())
+    assert not other.failures and other.failed_engines == {'engine_1'}
     for name, failure, said in (('engine_1', LOST, 'an engine: it fails as engine_1:off'),
                                 ('rudder', OFF, "has no engine named 'rudder'")):
         wrong = dataclasses.replace(scenario, faults=(Fault(0.0, name, failure),))

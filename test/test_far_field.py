@@ -12,6 +12,7 @@ import wings
 from poststall_sim.aero import far_field
 from poststall_sim.aero import lattice as lattices
 from poststall_sim.aero import model as models
+from poststall_sim.aircraft import Section, Surface
 from poststall_sim.polar import Condition, point
 
 AFT = np.array([1.0, 0.0, 0.0])
@@ -49,3 +50,24 @@ def test_near_and_far_field_agree_on_the_drag_of_a_wing():
     found = point(model, Condition(math.radians(5.0)), airspeed=20.0, density=1.225)
     friction = found.aero.strips.cd.mean()
     assert found.induced_far == pytest.approx(found.coefficients.CD - friction, rel=0.01)
+
+
+@pytest.mark.parametrize('above', [0.0, 1e-17, 1e-12])
+def test_a_tail_in_the_line_of_a_wings_vortex_feels_the_others(above):
+    """
+    By AVL's rules there is no core; a little to either side the vortex gives and takes as much.
+
+    Five strips with their middles on the nodes of the wing, against the mean of both sides.
+    """
+    wing = wings.rectangular(8.0, strips=16)
+    foil = wing.airfoils[0].name
+
+    def drag(aside):
+        tail = Surface('tail', tuple(Section((3.0, aside + y, above), 1.0, foil)
+                                     for y in (-1.25, 1.25)), strips=5)
+        lattice = replace(lattices.build(
+            replace(wing, surfaces=(*wing.surfaces, tail)), 1), core=0.0)
+        shed = np.concatenate([np.sin(np.linspace(0.1, math.pi - 0.1, 16)), np.full(5, 0.3)])
+        return far_field.induced_drag(lattice, shed, AFT, 1.225)
+
+    assert drag(0.0) == pytest.approx(0.5 * (drag(1e-4) + drag(-1e-4)), rel=1e-5)

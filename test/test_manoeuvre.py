@@ -202,6 +202,42 @@ def test_no_trim_is_missed_between_two_angles_of_the_search(airspeed, alphas, fo
         assert level.airspeed == pytest.approx(airspeed, abs=1e-6)
 
 
+def only_from_above(alpha, before):
+    """Return an airspeed, but for 20 deg on the way up."""
+    return math.nan if alpha == 20.0 and not before >= 20.0 else 12.0 - 0.1 * alpha
+
+
+def a_little_off(alpha, before):
+    """Return an airspeed as much below from its own flow as it is above from another."""
+    return 12.0 - 0.1 * alpha + (-1e-12 if before == alpha else 1e-12)
+
+
+def broken_off(alpha, before):
+    """Return the airspeed of a branch that ends at 19 deg, and of another that goes on."""
+    return 11.0 if alpha < 19.0 else 9.0
+
+
+@pytest.mark.parametrize('flown, airspeed, found', [
+    (only_from_above, 10.1, [19.0]), (a_little_off, 10.2, [18.0]), (broken_off, 10.0, [])])
+def test_branches_are_followed_where_they_are_and_no_further(
+        model, monkeypatch, flown, airspeed, found):
+    """Flights by formula of the angle and of that of the flow it starts from, both in deg."""
+    level = trim.straight(model, airspeed=12.0, altitude=ALTITUDE)
+
+    def powered(model, *, alpha, altitude, climb_angle, delta0):
+        angle = round(math.degrees(alpha), 9)
+        speed = flown(angle, -math.inf if delta0 is None else float(delta0[0]))
+        strips = replace(level.aero.strips, delta=np.full(model.lattice.strips, angle))
+        status = Status.NOT_CONVERGED if math.isnan(speed) else Status.CONVERGED
+        return replace(level, alpha=alpha, airspeed=speed, status=status,
+                       aero=replace(level.aero, status=status, strips=strips))
+
+    monkeypatch.setattr(trim, 'powered', powered)
+    alphas = np.radians([16.0, 18.0, 20.0, 22.0, 24.0])
+    trims = manoeuvre.branches(model, airspeed=airspeed, altitude=ALTITUDE, alphas=alphas)
+    assert np.degrees([each.alpha for each in trims]) == pytest.approx(found, abs=1e-6)
+
+
 @pytest.mark.parametrize('arm, aileron, message', [
     (0.3, 7.0, 'trimmed'), (0.5, 8.0, '(forward), with rudder 25 deg at the limit')])
 def test_a_search_does_not_end_where_the_propellers_answer_to_no_throttle(
@@ -284,6 +320,20 @@ def test_a_dead_elevator_leaves_one_airspeed_and_shows_where_it_stands(model):
             (jammed, {'elevator': 0.0}, 'elevator has failed and is held: give one')):
         with pytest.raises(ConfigError, match=said):
             manoeuvre.steady(model, Task(failures=failed, held=held), altitude=ALTITUDE)
+
+
+def test_dead_controls_of_the_same_parts_show_together_what_these_do(model):
+    """Flaps that are differential ailerons too: the flap stands at 5 deg, the aileron at 0."""
+    aileron, *others = model.aircraft.controls
+    right, left = aileron.effectors
+    wing = models.build(replace(model.aircraft, controls=(
+        replace(aileron, effectors=(right, replace(left, gain=0.5 * left.gain))), *others,
+        replace(aileron, name='flap', effectors=(
+            replace(right, gain=1.0), replace(left, gain=1.0))))), model.settings)
+    found = steady(wing, airspeed=12.0, failures={'flap': Failure(Kind.STUCK, math.radians(5.0))})
+    assert np.degrees(found.angles[:2]) == pytest.approx([5.0, 5.0])
+    assert deflection(wing, found, 'flap') == pytest.approx(5.0)
+    assert deflection(wing, found, 'aileron') == pytest.approx(0.0, abs=1e-9)
 
 
 def result(tmp_path, *words, code=0):

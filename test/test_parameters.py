@@ -251,6 +251,17 @@ def test_after_loading_a_flight_the_parameters_say_what_it_flies_with(node_with,
     assert one.get_parameter('engine_failures').value == '' and not one.flight.failed_engines
 
 
+def test_an_engine_that_failures_turn_off_is_well_again_in_a_loaded_flight_too(
+        node_with, tmp_path):
+    node = node_with(flight_file=str(tmp_path / 'off.npz'), failures=['engine_1:off'])
+    assert node.flight.failed_engines == {'engine_1'}
+    assert node.operations.save()[0] and node.operations.load()[0]
+    assert node.get_parameter('engine_failures').value == ''
+    assert list(node.get_parameter('failures').value) == ['engine_1:off']
+    assert node.flight.failed_engines == {'engine_1'}
+    assert told(node, failures=[''])[0].successful and not node.flight.failed_engines
+
+
 def test_turbulence_of_another_altitude_flies_on_and_it_is_said_that_no_parameter_has_it(
         node_with, tmp_path, capfd):
     path = str(tmp_path / 'flight.npz')

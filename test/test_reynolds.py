@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 import wings
 
-from poststall_sim import definition, flight_file, jobs, manoeuvre, simulation, trim
+from poststall_sim import definition, envelope, flight_file, jobs, manoeuvre, simulation, trim
 from poststall_sim.aero import model as models
 from poststall_sim.aero.polars import section_polar
-from poststall_sim.aero.reynolds import excess
 from poststall_sim.aircraft import Airfoil, ConfigError
 from poststall_sim.atmosphere import standard_air
 from poststall_sim.frames import body_to_geometry, velocity_from_flow_angles
@@ -86,15 +85,19 @@ def test_beyond_the_tables_the_last_one_is_held(tapered, pair):
 
 
 def test_strips_beyond_their_tables_are_told_by_how_much(tapered):
-    chord = tapered.lattice.strip_chord
-    covered = tapered.lattice.reynolds_range
-    assert np.array_equal(covered, np.broadcast_to([LOW, HIGH], (12, 2)))
-    assert np.array_equal(excess(5.0 * chord / VISCOSITY, covered), np.ones(12))
-    slow = excess(1.0 * chord / VISCOSITY, covered)
-    assert slow == pytest.approx(chord / VISCOSITY / LOW) and slow.max() < 1.0
-    assert excess(100.0 * chord / VISCOSITY, covered).min() > 2.0
+    """Three times beyond is the edge: for the least chord if slow, for the greatest if fast."""
+    lattice, air = tapered.lattice, standard_air(0.0)
+    assert np.array_equal(lattice.reynolds_range, np.broadcast_to([LOW, HIGH], (12, 2)))
+    slow = LOW / 3.0 * air.kinematic_viscosity / float(lattice.strip_chord.min())
+    fast = 3.0 * HIGH * air.kinematic_viscosity / float(lattice.strip_chord.max())
+    for airspeed in (1.01 * slow, 0.99 * fast, 0.0):
+        assert envelope.reynolds(airspeed, air, lattice) == ()
+    for airspeed in (0.5 * slow, 2.0 * fast):
+        excess, = envelope.reynolds(airspeed, air, lattice)
+        assert excess.beyond == pytest.approx(2.0)
+        assert 'tables are of 1e+05 to 1e+06' in excess.text
     silent = models.build(wings.rectangular(4.0, 4)).lattice
-    assert np.isnan(excess(silent.strip_chord / VISCOSITY, silent.reynolds_range)).all()
+    assert envelope.reynolds(1e-3, air, silent) == ()
 
 
 def test_loads_follow_the_airspeed_without_a_jump(tapered):

@@ -22,6 +22,9 @@ from poststall_sim.aero import wake as wakes
 from poststall_sim.aero.lattice import Lattice
 from poststall_sim.frames import FloatArray
 
+ON_LINE = 1e-6
+"""Strip widths from a vortex, on which a place feels nothing of it, as between panels."""
+
 
 def induced_drag(lattice: Lattice, shed: FloatArray, direction: FloatArray,
                  density: float) -> float:
@@ -41,6 +44,9 @@ def induced_drag(lattice: Lattice, shed: FloatArray, direction: FloatArray,
     wash = np.zeros_like(place)
     for node, sign in ((right, 1.0), (left, -1.0)):
         arm = place[:, None] - node[None, :]
-        pull = sign * shed / (2.0 * math.pi * (np.sum(arm * arm, axis=-1) + core * core))
+        square = np.sum(arm * arm, axis=-1) + core * core
+        # Without cores a tail may stand in the very line of a wing's vortex.
+        square[square < (ON_LINE * lattice.strip_width[:, None]) ** 2] = math.inf
+        pull = sign * shed / (2.0 * math.pi * square)
         wash += np.cross(direction, np.einsum('ij,ijk->ik', pull, arm))
     return float(-0.5 * density * shed @ np.sum(np.cross(direction, right - left) * wash, axis=1))

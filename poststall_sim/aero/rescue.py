@@ -252,7 +252,7 @@ def rescue(delta, strips, operator, inverse, level, linear, curves, polar_index,
     """
     Solve the local closure from the given delta, at any price up to a bound; return iterations.
 
-    mean (n, n) : see `decambering.averaging`; area (n,) of the strips; history :
+    mean (2, n, n) : see `decambering.averaging`; area (n,) of the strips; history :
     (DESCENT_LIMIT + RESCUE_LIMIT + 1,) filled with the imbalance, in the end with the residual;
     the other arguments as for `robust.robust`. Where the start is symmetric, so is what is found.
     """

@@ -175,16 +175,6 @@ def strip_curves(airfoils: Sequence[Airfoil], between: Sequence[Between], chord:
                        read_only(ranges), tables)
 
 
-def excess(reynolds: FloatArray, reynolds_range: FloatArray) -> FloatArray:
-    """
-    Return how many times Reynolds numbers (n,) are above what tables (n, 2) cover.
-
-    1 within; below 1 where they are too low, NaN where the tables do not say theirs.
-    """
-    low, high = reynolds_range.T
-    return reynolds / np.clip(reynolds, low, high)
-
-
 def _of_one_table(flown: list[polars.SectionPolar]) -> tuple[FloatArray, np.ndarray, FloatArray]:
     """Return the distinct curves of strips, the index into them (n,) and the landmarks (5, n)."""
     distinct: list[polars.SectionPolar] = []

@@ -80,8 +80,9 @@ def run(arguments: argparse.Namespace) -> int:
         terminal.drawn(plots.trim_figure(result, arguments.plot))
     if not any(each['trimmed'] for each in found):
         raise jobs.NoResultError(
-            f'no trim: {found[-1]["message"]}' if found else f'no trim at '
-            f'{arguments.airspeed[-1]:g} m/s at any angle of attack that was looked at')
+            f'no trim: {found[-1]["message"]}' if found else
+            f'no trim at {", ".join(f"{each:g}" for each in arguments.airspeed)} m/s at any angle '
+            'of attack that was looked at')
     return 0
 
 
@@ -114,9 +115,13 @@ def _found(arguments: argparse.Namespace, model) -> Iterable[dict]:
     """Yield the trims that are asked for, behind progress bars."""
     from poststall_sim import trim_jobs
     from poststall_sim.aircraft import ConfigError
-    if arguments.climb is not None and not model.aircraft.engines:
-        raise ConfigError(f'{model.aircraft.name} has no engine: --climb has no effect')
     failed = _failed(arguments, model)
+    if not set(model.aircraft.engine_names) - failed:
+        for option, given in (('climb', arguments.climb is not None),
+                              ('throttle', arguments.throttle)):
+            if given:
+                raise ConfigError(f'{model.aircraft.name} has no engine'
+                                  f'{" that works" if failed else ""}: --{option} has no effect')
     altitude, climb = arguments.altitude, math.radians(arguments.climb or 0.0)
     if _manoeuvre(arguments):
         tasks = list(_tasks(arguments, model))
@@ -145,7 +150,9 @@ def _found(arguments: argparse.Namespace, model) -> Iterable[dict]:
 
 def _failed(arguments: argparse.Namespace, model) -> frozenset[str]:
     """Return the names of the engines that do not work."""
-    failed = frozenset(arguments.failed.split(',') if arguments.failed else ())
+    from poststall_sim import failure_reader, failures
+    failed = frozenset(arguments.failed.split(',') if arguments.failed else ()) \
+        | failures.engines_off(failure_reader.by_name(arguments.fail))
     model.aircraft.require_engines(failed)
     return failed
 
@@ -173,7 +180,7 @@ def _tasks(arguments: argparse.Namespace, model) -> Iterable:
     broken = failure_reader.by_name(arguments.fail)
     parts = failures.of_parts(model.aircraft, broken)
     stuck = PITCH_CONTROL in (*held, *failures.dead(model.aircraft, parts))
-    off = _failed(arguments, model) | failures.engines_off(broken)
+    off = _failed(arguments, model)
     throttle = arguments.throttle
     gliding = not set(model.aircraft.engine_names) - off or (
         throttle is None and arguments.climb is None and arguments.airspeed is None

@@ -13,7 +13,7 @@ import numpy as np
 from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
-from poststall_sim import failure_reader, flight_file, topics
+from poststall_sim import failure_reader, failures, flight_file, topics
 from poststall_sim import trim as trims
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.frames import (
@@ -200,7 +200,8 @@ class Operations:
         node, flight, weather = self._node, self._node.flight, self._node.flight.weather
         altitude = node.settings.start_altitude
         node.set_parameters([Parameter(name, value=value) for name, value in {
-            engine_failures.NAME: engine_failures.text(flight.failed_engines),
+            engine_failures.NAME: engine_failures.text(
+                flight.failed_engines - failures.engines_off(flight.failures)),
             'failures': failure_reader.words(flight.failures) or [''],
             **node.air.unsaid(weather, altitude)}.items()])
         flight.weather = weather   # of which parameters may have said less
