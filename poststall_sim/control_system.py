@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """From what the controls are told to where the movable parts are: actuators, mixing, failures."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -49,7 +49,8 @@ def advance(model: Model, before: ControlState, command: FloatArray, failed: Fai
 
 def in_flow(model: Model, state: ControlState, alpha: FloatArray) -> ControlState:
     """Return the controls in a flow in which the strips work at alpha (n,) [rad]."""
-    return replace(state, floating=model.lattice.floating_angles(state.angles, alpha))
+    return ControlState(
+        state.actuation, state.angles, model.lattice.floating_angles(state.angles, alpha))
 
 
 def shown(model: Model, state: ControlState) -> FloatArray:

@@ -74,7 +74,7 @@ def limited(aircraft: Aircraft, controls: Controls) -> Controls:
 
 def placement(aircraft: Aircraft, body: BodyState) -> Placement:
     """Return where the geometry axes of an aircraft are."""
-    rotation_NG = rotation(body.q_NB) * geometry_to_body(np.ones(3))
+    rotation_NG = geometry_to_body(rotation(body.q_NB))   # the columns turn as components do
     return Placement(body.position_N - rotation_NG @ np.array(aircraft.mass.cg_G), rotation_NG)
 
 
@@ -83,10 +83,10 @@ def air_velocity(body: BodyState, wind_N: FloatArray) -> FloatArray:
     return body.velocity_B - rotation(body.q_NB).T @ wind_N
 
 
-def _onset(model: Model, body: BodyState, wind_N: FloatArray, push: Push, density: float,
+def _onset(model: Model, air_B: FloatArray, rates_B: FloatArray, push: Push, density: float,
            gust: Callable[[FloatArray], FloatArray] | None = None) -> Onset:
     streams = slipstream.streams(model.aircraft, model.lattice, push.readings, density)
-    return Onset(body_to_geometry(-air_velocity(body, wind_N)), body_to_geometry(body.rates_B),
+    return Onset(body_to_geometry(-air_B), body_to_geometry(rates_B),
                  slipstream.blown(streams, gust))
 
 
@@ -103,11 +103,11 @@ def begin(model: Model, body: BodyState, controls: Controls, *, dt_ns: int,
     """
     told = limited(model.aircraft, controls)
     air = model.atmosphere.at(body.altitude)
-    meeting = _meeting(model, air_velocity(body, wind_N), body.rates_B, told, air.density,
-                       failed_engines)
+    air_B = air_velocity(body, wind_N)
+    meeting = _meeting(model, air_B, body.rates_B, told, air.density, failed_engines)
     engines = propulsion.settled(model.aircraft, meeting, charge)
     push = propulsion.loads(model.aircraft, engines, meeting, failed_engines)
-    onset = _onset(model, body, wind_N, push, air.density)
+    onset = _onset(model, air_B, body.rates_B, push, air.density)
     moved = control_system.at_rest(model, told.deflections, failed_parts, dt_ns * 1e-9)
     controls = Controls(control_system.shown(model, moved), told.throttle)
     flown = model.at(onset.airspeed, air.kinematic_viscosity, told.deflections, moved.angles)
@@ -171,7 +171,7 @@ def step(model: Model, state: FlightState, controls: Controls, *, dt_ns: int,
     push = propulsion.loads(
         aircraft, engines,
         _meeting(model, air_B, guess.rates_B, controls, density, failed_engines), failed_engines)
-    onset = _onset(model, guess, wind_N, push, density, gust)
+    onset = _onset(model, air_B, guess.rates_B, push, density, gust)
     flow, aero = solver.advance(
         model.at(onset.airspeed, air.kinematic_viscosity, told.deflections, control_state.angles),
         state.flow, onset, place, told.deflections,

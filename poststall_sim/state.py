@@ -3,9 +3,8 @@
 """What changes in flight, as frozen records: the body, its controls, the strips, a snapshot."""
 
 import enum
+import math
 from dataclasses import dataclass
-
-import numpy as np
 
 from poststall_sim.aircraft import read_only
 from poststall_sim.atmosphere import Air
@@ -44,8 +43,8 @@ class BodyState:
 
     def is_finite(self) -> bool:
         """Tell whether every number is finite."""
-        return bool(np.isfinite(self.position_N).all() and np.isfinite(self.velocity_B).all()
-                    and np.isfinite(self.rates_B).all() and np.isfinite(self.q_NB).all())
+        return all(map(math.isfinite, (*self.position_N.tolist(), *self.velocity_B.tolist(),
+                                       *self.rates_B.tolist(), *self.q_NB.tolist())))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -25,7 +25,7 @@ import math
 import numpy as np
 from numba import njit
 
-from poststall_sim.aero.flaps import looked_up
+from poststall_sim.aero.flaps import INLINE, looked_up
 from poststall_sim.aero.lattice import Lattice
 from poststall_sim.aero.polars import lift
 from poststall_sim.frames import FloatArray
@@ -142,13 +142,15 @@ def strip_operator(response, level, turned, wash, panel_strip, operator):
     n = response.shape[0]
     operator[:] = 0.0
     for j in range(n):
+        rest = 0.0
         for i in range(response.shape[1]):
             r = response[j, i]
             if r != 0.0:
                 k = panel_strip[i]
                 operator[j, k] -= r * level[i]
                 operator[j, n + k] -= r * turned[i]
-                operator[j, 2 * n] -= r * wash[i]
+                rest -= r * wash[i]
+        operator[j, 2 * n] = rest
 
 
 @njit(**SUM)
@@ -227,7 +229,7 @@ def alpha_slopes(delta, strips, operator, linear, circulation, speed, slope):
                 + circulation[j] / plate * (u * s + w * c) / v2
 
 
-@njit(**EXACT)
+@njit(**INLINE)
 def potential_angle(curve, alpha, linear):
     """
     Return the angle at which potential flow has a section's cl, and its slope.

@@ -68,8 +68,9 @@ class Lattice:
     (k, n) of the zero-lift angle and load_moment (k, n) of the section's own moment coefficient,
     see `flaps`; pivot (k, n) for an all-moving part, which turns the strip's chord with it.
     floating (k, n) : angle at which a free part stands per angle of attack of the strips; travel
-    and stops (k, 2) [rad]; mixing (k, c) angles per unit deflection of the controls. core : of
-    wakes and rings where they meet other surfaces, in strip widths.
+    and stops (k, 2) [rad]; mixing (k, c) angles per unit deflection of the controls. mean_panel :
+    chord of the panels, the mean of the strips' [m]; core : of wakes and rings where they meet
+    other surfaces, in strip widths.
     """
 
     grids: tuple[Grid, ...]
@@ -118,6 +119,7 @@ class Lattice:
     mixing: FloatArray
     stops: FloatArray
     strip_names: tuple[str, ...]
+    mean_panel: float
     core: float = CORE
 
     @property
@@ -245,6 +247,7 @@ def build(aircraft: Aircraft, rows: int) -> Lattice:
         array.setflags(write=False)
     return Lattice(
         grids=tuple(grids), mirror=mirror,
+        mean_panel=float(arrays['strip_chord'].mean()) / rows,
         curves=flown.curves, polar_index=flown.polar_index,
         reynolds_range=flown.reynolds_range, tables=flown.tables,
         strip_names=tuple(f'{grid.name}_{i + 1}' for grid in grids

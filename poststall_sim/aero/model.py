@@ -23,7 +23,7 @@ from poststall_sim.aero.wake import Shape
 from poststall_sim.aero.wash import Felt, Precision, felt
 from poststall_sim.aircraft import Aircraft, ConfigError
 from poststall_sim.atmosphere import STANDARD, Atmosphere
-from poststall_sim.frames import FloatArray, geometry_to_body
+from poststall_sim.frames import FloatArray, geometry_to_body, norm
 
 WAKE_CONE = math.radians(60.0)
 """The straight wake of the steady problem stays within this of the lattice's aft axis."""
@@ -190,7 +190,7 @@ class Onset:
     @property
     def airspeed(self) -> float:
         """Return the speed of the air past the centre of gravity [m/s]."""
-        return float(np.linalg.norm(self.velocity_G))
+        return norm(self.velocity_G)
 
     def at(self, arm: FloatArray) -> FloatArray:
         """Return the velocity (..., 3) of the air past points at arms (..., 3) from the CG."""
@@ -325,14 +325,14 @@ def influence(lattice: Lattice, points: FloatArray, point_owner: np.ndarray,
 def wake_direction(velocity_G: FloatArray) -> FloatArray:
     """Return the unit direction (3,) of the steady wake: downstream, within `WAKE_CONE`."""
     aft = np.array([1.0, 0.0, 0.0])
-    speed = float(np.linalg.norm(velocity_G))
+    speed = norm(velocity_G)
     if speed == 0.0:
         return aft
     direction = velocity_G / speed
     if direction[0] >= math.cos(WAKE_CONE):
         return direction
     across = np.array([0.0, direction[1], direction[2]])
-    length = float(np.linalg.norm(across))
+    length = norm(across)
     if length < 1e-9:
         return aft
     return math.cos(WAKE_CONE) * aft + math.sin(WAKE_CONE) * across / length

@@ -92,7 +92,7 @@ def boundary_condition(model: Model, onset: Onset, deflections: FloatArray,
     if pivot.any():
         cosine, sine = np.cos(pivot), np.sin(pivot)
         strips[:2] = strips[0] * cosine - strips[1] * sine, strips[1] * cosine + strips[0] * sine
-    airspeed = float(np.linalg.norm(onset.velocity_G))
+    airspeed = onset.airspeed
     _strips(airspeed, lattice.strip_chord, lattice.zero_lift, angles @ lattice.shift, strips)
     strips[12], strips[14] = lattice.stall_high, lattice.stall_low
     strips[13], strips[15] = lattice.separated_high, lattice.separated_low
@@ -294,7 +294,7 @@ def with_strip_theory(model: Model, boundary: Boundary, delta: FloatArray,
     A plate at theta in a stream U, W carries G = pi c (W cos theta + U sin theta).
     """
     u, w, chord, fade, _, zero = boundary.strips[:6]
-    if np.all(fade == 1.0):
+    if (fade == 1.0).all():
         return circulation
     theta = delta - zero
     plate = math.pi * chord * (w * np.cos(theta) + u * np.sin(theta))

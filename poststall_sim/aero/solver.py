@@ -222,8 +222,7 @@ def start(model: Model, onset: Onset, placement: Placement, deflections: FloatAr
 
 def first_row(model: Model, onset: Onset, dt: float) -> float:
     """Return how long the rows of a wake are that a march begins with [m]."""
-    speed = float(np.linalg.norm(onset.velocity_G))
-    return max(speed * dt, 0.02 * float(model.lattice.strip_chord.min()))
+    return max(onset.airspeed * dt, 0.02 * float(model.lattice.strip_chord.min()))
 
 
 def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
@@ -267,7 +266,7 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
     if direction @ response.direction < math.cos(REFRESH_ANGLE):
         response = own_response(model, direction)
     boundary = boundary_condition(model, onset, deflections, angles)
-    faded = not np.all(boundary.fade == 1.0)
+    faded = not (boundary.fade == 1.0).all()
     if faded:
         response = response.with_far(lattice)
     operator = lattice_operator(
@@ -287,7 +286,9 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
                             boundary.strips[10] * dt / lattice.strip_chord)
 
     normal = normalwash(model, boundary, operating.delta) + everything
-    attached, bare = -(model.bound_inverse @ np.column_stack([normal, boundary.level])).T
+    both = np.empty((lattice.panels, 2))
+    both[:, 0], both[:, 1] = normal, boundary.level
+    attached, bare = -(model.bound_inverse @ both).T
     if faded:
         attached = _with_unshed(model, boundary, operating.delta, response.far, attached)
     circulation = with_strip_theory(model, boundary, operating.delta, attached)
@@ -301,7 +302,7 @@ def advance(model: Model, flow: FlowState, onset: Onset, placement: Placement,
         unshed = (1.0 - boundary.fade) * circulation[lattice.te_panel]
         at_edges = at_edges + (response.far_edges @ unshed).reshape(-1, 3)
     at_te = circulation[lattice.te_panel]
-    behind = np.linalg.norm(wake.row(1) - wake.moving_A[0], axis=-1)
+    behind = wake.newest_length()
     share = te_share(lattice, 0.5 * (behind[lattice.te_node] + behind[lattice.te_node + 1]))
     row = at_te + share * (wake.moving_rings[0] - boundary.fade * at_te)
     result = _result(

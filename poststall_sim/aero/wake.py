@@ -97,6 +97,12 @@ class Wake:
         moving = len(self.moving_A)
         return self.moving_A[i] if i < moving else self.settled.nodes[self.first + i - moving]
 
+    def newest_length(self) -> FloatArray:
+        """Return the length (nodes,) of the newest row at each of its nodes [m]."""
+        found = np.empty(self.moving_A.shape[1])
+        _apart(self.moving_A[0], self.row(1), found)
+        return found
+
     def alone(self) -> 'Wake':
         """Return the wake with a store of its own rows and no others."""
         kept = slice(self.first, self.first + len(self.settled_A))
@@ -155,8 +161,7 @@ def shed(wake: Wake, lattice: Lattice, placement: Placement, te_circulation: Flo
     front = placement.to_inertial(lattice.wake_nodes) - drift
     before = wake.moving_A[0]
     newest = _farthest(before, wake.row(1))
-    panel = lattice.strip_chord.mean() / lattice.grids[0].rows
-    if newest < SHORTEST_ROW * panel:
+    if newest < SHORTEST_ROW * lattice.mean_panel:
         added = _farthest(front, before)
         share = added / (added + newest) if added > 0.0 else 0.0
         rings = wake.moving_rings.copy()
@@ -171,15 +176,19 @@ def shed(wake: Wake, lattice: Lattice, placement: Placement, te_circulation: Flo
 
 
 @njit(cache=True, nogil=True)
+def _apart(a, b, out):
+    """Fill `out` (n,) with the distances between nodes (n, 3) of two rows."""
+    for k in range(a.shape[0]):
+        x, y, z = b[k, 0] - a[k, 0], b[k, 1] - a[k, 1], b[k, 2] - a[k, 2]
+        out[k] = math.sqrt(x * x + y * y + z * z)
+
+
+@njit(cache=True, nogil=True)
 def _farthest(a, b):
     """Return the greatest distance between nodes (n, 3) of two rows."""
-    longest = 0.0
-    for k in range(a.shape[0]):
-        square = 0.0
-        for c in range(3):
-            square += (a[k, c] - b[k, c]) ** 2
-        longest = max(longest, square)
-    return math.sqrt(longest)
+    apart = np.empty(a.shape[0])
+    _apart(a, b, apart)
+    return apart.max()
 
 
 @njit(cache=True, nogil=True)
