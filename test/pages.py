@@ -10,7 +10,8 @@ What follows the language of a fence says how its block is taken:
                                 `...` standing for anything
     ```yaml file=mine.yaml      written to that file; any language
     ```bash background          started, and ended by Ctrl-C at the end of the page: a node
-    ```bash soak                run in the soak only: it takes long
+    ```bash soak                run apart from the tests, by CI and `make soak`: it takes long;
+                                also `background soak`
     ```bash not run: why        not run, for this reason
 
 `ros2` is the stand-in of `ros2_stand_in`, or the real one where there is one.
@@ -33,7 +34,7 @@ from processes import free_domain
 ROOT = Path(__file__).resolve().parents[1]
 STAND_IN = Path(__file__).with_name('ros2_stand_in.py')
 RUN = ('bash', 'console', 'python')
-LIMIT = 240.0
+LIMIT, SOAK_LIMIT = 240.0, 900.0
 """How long a block may take [s]: kernels may have to be compiled first."""
 END_LIMIT = 20.0
 """How long a node may take to end [s]."""
@@ -57,6 +58,16 @@ class Block:
         """The name of the file that it is, if it is one."""
         found = re.fullmatch(r'file=([\w./-]+)', self.words)
         return found and found[1]
+
+    @property
+    def background(self) -> bool:
+        """Tell whether it is started and goes on beside what follows."""
+        return 'background' in self.words.split()
+
+    @property
+    def soak(self) -> bool:
+        """Tell whether only the soak runs it."""
+        return self.why_not is None and 'soak' in self.words.split()
 
     @property
     def why_not(self) -> str | None:
@@ -90,8 +101,9 @@ class Reader:
     """Somebody who does what a page says, in an empty folder."""
 
     def __init__(self, folder: Path) -> None:
-        tools = folder / '.tools'
+        tools, home = folder / '.tools', folder / '.home'
         tools.mkdir()
+        home.mkdir()
         self._folder = folder
         self._nodes: list[tuple[Block, subprocess.Popen, Path]] = []
         path = f'{Path(sys.executable).parent}{os.pathsep}{os.environ["PATH"]}'
@@ -101,7 +113,8 @@ class Reader:
                 '"$@"\n')
             (tools / 'ros2').chmod(0o755)
             path = f'{tools}{os.pathsep}{path}'
-        self._env = {**os.environ, 'PATH': path, 'MPLBACKEND': 'Agg',
+        self._env = {**os.environ, 'PATH': path, 'MPLBACKEND': 'Agg', 'HOME': str(home),
+                     'MPLCONFIGDIR': str(Path.home() / '.cache/matplotlib'),   # its list of fonts
                      'PYTHONPATH': str(ROOT), 'ROS_DOMAIN_ID': str(free_domain()),
                      'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
 
@@ -115,27 +128,27 @@ class Reader:
 
     def does(self, block: Block) -> None:
         """Write a block to its file, start it, or run it; fail where it fails."""
-        where = f'{block.page}, line {block.line}'
+        where, limit = f'{block.page}, line {block.line}', SOAK_LIMIT if block.soak else LIMIT
         if block.file:
             path = self._folder / block.file
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(block.text)
-        elif block.words == 'background':
+        elif block.background:
             self._start(block)
         elif block.language == 'console':
             for command, expected in conversation(block.text):
-                printed = self._run(['bash', '-euo', 'pipefail', '-c', command], where)
+                printed = self._run(['bash', '-euo', 'pipefail', '-c', command], where, limit)
                 assert doctest.OutputChecker().check_output(expected, printed, _SAME), \
                     f'{where}: {command} printed\n{printed}\nand the page says\n{expected}'
         elif block.language == 'python':
-            self._run([sys.executable, '-c', block.text], where)
+            self._run([sys.executable, '-c', block.text], where, limit)
         else:
-            self._run(['bash', '-euo', 'pipefail', '-c', block.text], where)
+            self._run(['bash', '-euo', 'pipefail', '-c', block.text], where, limit)
 
-    def _run(self, command: list[str], where: str) -> str:
+    def _run(self, command: list[str], where: str, limit: float) -> str:
         for told, node, log in self._nodes:
             assert node.poll() is None, f'{told.text} has ended:\n{log.read_text()}'
-        done = subprocess.run(command, cwd=self._folder, env=self._env, timeout=LIMIT, text=True,
+        done = subprocess.run(command, cwd=self._folder, env=self._env, timeout=limit, text=True,
                               stdin=subprocess.DEVNULL, capture_output=True)
         said = ''.join(f'\n{node.text}{log.read_text()}' for node, _, log in self._nodes)
         assert done.returncode == 0, \

@@ -11,11 +11,11 @@ import pytest
 import poststall_sim
 
 PAGES = pages.pages()
-WORDS = re.compile(r'|background|soak|file=[\w./-]+|not run: .+')
+WORDS = re.compile(r'|background|(background )?soak|file=[\w./-]+|not run: .+')
 
 
 def starts_nodes(blocks):
-    return any(block.words == 'background' for block in blocks)
+    return any(block.background for block in blocks)
 
 
 def in_soak(page, blocks):
@@ -25,12 +25,12 @@ def in_soak(page, blocks):
 
 def marked(page, blocks):
     """Return a page with its marks: those that start nodes talk DDS."""
-    ros = [pytest.mark.ros] if starts_nodes(blocks) else []
+    ros = [pytest.mark.ros] if starts_nodes(quick(blocks)) else []
     return pytest.param(page, marks=[pytest.mark.slow, *ros], id=page)
 
 
 def quick(blocks):
-    return [block for block in blocks if block.done and block.words != 'soak']
+    return [block for block in blocks if block.done and not block.soak]
 
 
 @pytest.mark.parametrize('page', [
@@ -43,9 +43,10 @@ def test_the_commands_of_a_page_work(page, tmp_path):
 
 
 @pytest.mark.soak
+@pytest.mark.timeout(1800)
 @pytest.mark.parametrize('page', [
     marked(page, blocks) for page, blocks in PAGES.items()
-    if any(block.words == 'soak' for block in blocks) or in_soak(page, blocks)])
+    if any(block.soak for block in blocks) or in_soak(page, blocks)])
 def test_the_commands_of_a_page_that_take_long_work(page, tmp_path):
     if any('poststall campaign' in block.text for block in PAGES[page] if block.done):
         pytest.importorskip('distributed', reason='needs the extra campaign')
