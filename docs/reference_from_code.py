@@ -183,7 +183,8 @@ def limits(entry: dict[str, Any]) -> str:
     """Return what a parameter may be."""
     if entry['choices']:
         return ', '.join(f'`{choice}`' for choice in entry['choices'])
-    return '' if entry['low'] is None else f'{entry["low"]:g} to {entry["high"]:g}'
+    span = '' if entry['low'] is None else f'{entry["low"]:g} to {entry["high"]:g}'
+    return '; '.join(part for part in (span, entry['constraints']) if part)
 
 
 def keys(kind: str) -> dict[str, Key]:

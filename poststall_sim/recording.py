@@ -177,9 +177,6 @@ class FlightRecorder:
         self._schedule = topics.Schedule({})
         self._tally = topics.SolverTally()
         self._reported_ns: int | None = None
-        settings = flight.model.settings
-        self._closure = settings.closure.name.lower() if settings.decambering else \
-            'off: attached flow'
         for topic in topics.PUBLISHED:
             if topic.rate is topics.Rate.ONCE:
                 self._write(topic, flight.snapshot)
@@ -227,7 +224,8 @@ class FlightRecorder:
                     topics.Level.ERROR if reason else topics.Level.OK, 'simulator: flight',
                     reason or 'flying', {'paused_reason': reason or '',
                                          'density_kg_m3': f'{snapshot.density:.9g}'}),
-                self._tally.condition('simulator: solver', snapshot, self._closure),
+                self._tally.condition('simulator: solver', snapshot, run_settings.closure(
+                    self._flight.model.settings)),
                 run_settings.condition('simulator', self._flight, self._scenario)],
         ), snapshot.time_ns)
 

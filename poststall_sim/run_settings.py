@@ -6,6 +6,7 @@ from typing import Any
 
 from poststall_sim import __version__
 from poststall_sim.aero.decambering import Closure
+from poststall_sim.aero.model import Settings
 from poststall_sim.frames import swap_ned_enu
 from poststall_sim.simulation import Flight
 from poststall_sim.topics import Condition, Level
@@ -15,13 +16,18 @@ ENDING = ': settings'
 """Of the diagnostic's name, behind that of the node."""
 
 
+def closure(settings: Settings) -> str:
+    """Return how the section angle is found."""
+    return settings.closure.value if settings.decambering else 'off: attached flow'
+
+
 def condition(node: str, flight: Flight, scenario: str = '') -> Condition:
     """Return the diagnostic; scenario : the name of the one that is flown, if there is one."""
     settings = flight.model.settings
     values: dict[str, Any] = {
         'poststall_sim': __version__, **({'scenario': scenario} if scenario else {}),
         'dt_s': flight.dt_ns * 1e-9, 'panels': settings.chordwise,
-        'closure': settings.closure.value if settings.decambering else 'off: attached flow'}
+        'closure': closure(settings)}
     if settings.decambering:
         if settings.closure is Closure.NONLOCAL:
             values['ell_chords'] = _listed(settings.ell)

@@ -23,18 +23,28 @@ import rclpy
 from geometry_msgs.msg import Vector3Stamped
 from instants import a_scenario
 from nav_msgs.msg import Odometry
-from processes import LIMIT, Reports, environment, nanoseconds, owed, send_sparingly
+from processes import (
+    LIMIT,
+    Reports,
+    environment,
+    free_domain,
+    nanoseconds,
+    owed,
+    send_sparingly,
+)
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message, serialize_message
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import SetBool, Trigger
 
 from poststall_sim import recording, topics
 from poststall_sim.ros import messages
+from poststall_sim.ros.recorder import RecorderNode
 
 pytestmark = [pytest.mark.ros, pytest.mark.slow, pytest.mark.timeout(300)]
 
@@ -337,6 +347,33 @@ def test_1_recorder_killed_leaves_a_bag_that_says_so_and_another_records(
     assert other.ended() == 0
     assert len(recording.read(tmp_path / 'other')['/odom'])
     flight.require_order()
+
+
+def test_bytes_too_short_for_a_stamp_are_recorded_as_they_came_and_end_no_recorder(tmp_path):
+    """A recorder takes bytes as they are: nothing before it tells that they are no message."""
+    context = rclpy.Context()
+    context.init(args=[], domain_id=free_domain())
+    recorder = RecorderNode(str(tmp_path / 'bag'), ['imu'], context=context)
+    try:
+        imus = recorder.create_publisher(Imu, 'imu', 10)
+        executor = SingleThreadedExecutor(context=context)
+        executor.add_node(recorder)
+        end = time.monotonic() + LIMIT
+
+        def turn_until(done):
+            while not done():
+                assert time.monotonic() < end
+                executor.spin_once(timeout_sec=0.02)
+        turn_until(imus.get_subscription_count)
+        whole = serialize_message(Imu())
+        for data in (whole[:4], whole[:7], whole):
+            imus.publish(data)
+        turn_until(lambda: recorder._recorder.messages == 3)
+    finally:
+        recorder.destroy_node()
+        context.try_shutdown()
+    series = recording.read(tmp_path / 'bag')['/imu']
+    assert (len(series), series.skipped) == (1, 2)
 
 
 @pytest.mark.soak

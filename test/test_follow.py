@@ -2,16 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """A second aircraft in the time of a first one, or of any other /clock."""
 
+import numpy as np
 import pytest
 
 pytest.importorskip('rclpy', reason='rclpy is not installed')
 
+import rclpy
 from geometry_msgs.msg import PoseStamped
-from processes import LIMIT, Reports, nanoseconds, send_until
+from processes import LIMIT, Reports, free_domain, nanoseconds, send_until
+from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool, Trigger
 
 from poststall_sim import topics
+from poststall_sim.ros.simulator import SimulatorNode
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
 
@@ -137,6 +141,31 @@ def test_a_clock_before_0_or_beyond_all_stamps_is_refused_and_ends_nobody(start,
     assert reports.value('pace', 'clock_jumps_back') == '0'
     assert all(each.process.poll() is None for each in followers)
     assert not any('Traceback' in each.says() for each in followers)
+
+
+def test_a_follower_that_joins_has_not_been_without_commands_since_0():
+    """Silence is counted from when it takes on the time of the clock."""
+    context = rclpy.Context()
+    context.init(args=[], domain_id=free_domain())
+    node = SimulatorNode(context=context, use_global_arguments=False, parameter_overrides=[
+        Parameter(name, value=value) for name, value in {
+            'publish_clock': False, 'use_sim_time': True, 'uvlm.chordwise': 1,
+            'command.on_timeout': 'neutral', 'command.timeout': 1.0}.items()])
+    try:
+        def flown(time_s):
+            """Return what the controls are told at a time, when it has been caught up with."""
+            node._on_clock(clock(time_s))
+            while node._follower.lag_ns(node.flight.snapshot.time_ns) >= node.flight.dt_ns:
+                node._wake()
+            return node.flight.snapshot.commanded
+
+        flown(100.0)
+        trim = node.flight.trim.deflections
+        assert trim.any() and np.array_equal(flown(100.5).deflections, trim)
+        assert not flown(101.5).deflections.any()   # and now he has been silent for 1 s
+    finally:
+        node.destroy_node()
+        context.try_shutdown()
 
 
 def test_time_is_made_or_followed_and_not_both(start):

@@ -151,6 +151,7 @@ DIAGNOSED = {
              'lost_time_s', 'late_ticks'},
     'solver': {'closure', 'iterations_mean', 'iterations_max', 'residual_now', 'residual_max',
                'not_converged'},
+    'settings': {'closure', 'separation', 'parameters_without_effect'},
     'commands': {'source', 'age_s', 'engaged', 'refused_not_finite', 'refused_wrong_length',
                  'unknown_names', 'beyond_limits'},
 }

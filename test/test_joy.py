@@ -11,8 +11,9 @@ pytest.importorskip('rclpy', reason='rclpy is not installed')
 
 from sensor_msgs.msg import Joy
 
+from poststall_sim.ros import joy
 from poststall_sim.ros.commands import Refusal, RefusedCommand
-from poststall_sim.ros.joy import Buttons, Lever, commands_from_joy
+from poststall_sim.ros.joy import Buttons, Lever
 from poststall_sim.ros.parameters import SimulatorSettings
 
 TRIM = {'aileron': 0.0, 'elevator': -0.05, 'rudder': 0.0, 'throttle': 0.4}
@@ -31,7 +32,8 @@ def commands(settings=SETTINGS, trim=TRIM, lever=None, **axes):
     message = Joy(axes=[0.0] * 8)
     for name, value in axes.items():
         message.axes[{'rudder': 0, 'throttle': 1, 'aileron': 3, 'elevator': 4}[name]] = value
-    return commands_from_joy(message, settings, trim, lever or moved())
+    return joy.commands(
+        joy.positions(message, settings, trim), settings, trim, lever or moved())
 
 
 def test_a_stick_in_the_middle_is_trim():
@@ -81,7 +83,7 @@ def test_axes_that_are_off_and_controls_that_are_not_there_are_left_out():
     ([0.0, 0.0, 0.0, 0.0], Refusal.LENGTH), ([0.0, 0.0, 0.0, math.nan, 0.0], Refusal.NOT_FINITE)])
 def test_a_stick_with_too_few_axes_or_no_number_is_refused(axes, refusal):
     with pytest.raises(RefusedCommand) as caught:
-        commands_from_joy(Joy(axes=axes), SETTINGS, TRIM, moved())
+        joy.positions(Joy(axes=axes), SETTINGS, TRIM)
     assert caught.value.refusal is refusal
 
 

@@ -3,8 +3,10 @@
 """Parameters of the simulator: each acts, in flight where it may change, or says why not."""
 
 import array
+import functools
 import math
-from dataclasses import replace
+import time
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -99,6 +101,61 @@ def test_where_the_search_starts_is_refused_where_it_changes_nothing():
     with pytest.raises(ConfigError, match='separation lag is for .* exact angles'):
         flight_setup.aero_settings(replace(
             COARSE, decambering_angle_form='linear', separation='lag'))
+
+
+# ---------------------------------------------------------------------------- without any effect
+
+IDLE = {'decambering.ell': (3.0, {'decambering_closure': 'local'}),
+        'decambering.scheme': ('A', {}), 'decambering.relaxation': (0.3, {}),
+        'uvlm.free_rows': (3, {}), 'uvlm.free_every': (7, {}),
+        'separation.lag': (9.0, {}), 'separation.relaxation': (9.0, {}),
+        'separation.delay': (0.0, {'separation': 'lag'})}
+"""Parameters that need others to have an effect: a value, and what it changes nothing beside."""
+OF_NAME = {field.metadata['name']: field for field in fields(SimulatorSettings)}
+
+
+@pytest.fixture(scope='module')
+def plain():
+    """Return a function of parameters that gives a short flight, each flown once."""
+    return functools.cache(lambda beside: pulled(0.25, **dict(beside)))
+
+
+@pytest.mark.parametrize('name', IDLE)
+def test_what_is_without_effect_changes_nothing_and_says_so(name, plain):
+    value, beside = IDLE[name]
+    field = OF_NAME[name]
+    given = {**beside, field.name: value}
+    one, other = plain(tuple(beside.items())), pulled(0.25, **given)
+    for key in ('position_N', 'velocity_B', 'rates_B', 'q_NB'):
+        assert np.array_equal(getattr(one.snapshot.body, key), getattr(other.snapshot.body, key))
+    needed = replace(COARSE, **given).idle
+    assert needed.keys() == {name} and replace(COARSE, **beside).idle == {}
+    assert f'without effect but under {needed[name]}' in field.metadata['description']
+
+
+def test_every_parameter_that_needs_others_is_in_the_table_and_those_are_there():
+    assert IDLE.keys() == {name for name, field in OF_NAME.items() if field.metadata['under']}
+    for name in IDLE:
+        for other, values in OF_NAME[name].metadata['under'].items():
+            assert set(values) <= set(OF_NAME[other].metadata['choices'])
+
+
+def test_what_was_set_without_effect_is_said_at_the_start_in_diagnostics_and_when_it_becomes_so(
+        node_with, capfd):
+    node = node_with(**{'decambering.scheme': 'A', 'decambering.tolerance': 1e-4})
+    warned, = [line for line in capfd.readouterr().err.splitlines() if 'without effect' in line]
+    assert warned.endswith(
+        'without effect here: decambering.scheme, which needs decambering.closure local')
+
+    def said():
+        return node.health.settings(node.flight, node.settings.idle).values[
+            'parameters_without_effect']
+    assert said() == 'decambering.scheme'
+    assert told(node, **{'decambering.enabled': False})[0].successful
+    assert 'decambering.tolerance, which needs decambering.enabled true' in capfd.readouterr().err
+    assert said() == 'decambering.scheme, decambering.tolerance'
+    node_with()
+    assert 'without effect' not in capfd.readouterr().err
 
 
 # ------------------------------------------------------------------------------ frames and files
@@ -208,7 +265,7 @@ def test_turbulence_that_there_cannot_be_is_refused_and_the_node_goes_on(node_wi
 # ------------------------------------------------------------------------------- flight files
 
 
-def test_after_loading_a_flight_the_parameters_say_what_it_flies_with(node_with, tmp_path):
+def test_after_loading_a_flight_the_parameters_say_what_it_flies_with(node_with, tmp_path, capfd):
     """And it goes on to the bit: nothing of them is set anew."""
     path = str(tmp_path / 'flight.npz')
     one = node_with(**{
@@ -221,7 +278,9 @@ def test_after_loading_a_flight_the_parameters_say_what_it_flies_with(node_with,
     one.advance(40)
 
     other = node_with(flight_file=path, failures=['elevator:float'])
+    capfd.readouterr()
     assert other.operations.load()[0]
+    assert 'elevator' not in capfd.readouterr().err   # which does not fail in this flight
     said = {name: other.get_parameter(name).value for name in (
         'engine_failures', 'wind.shear.law', 'wind.shear.roughness', 'wind.shear.reference_height',
         'wind.turbulence.model', 'wind.turbulence.seed')}
@@ -284,7 +343,8 @@ def test_a_flight_of_another_atmosphere_is_refused(node_with, tmp_path):
 
 
 @pytest.mark.parametrize('name', [
-    'rates.state', 'rates.views', 'rates.path', 'sensors.imu.rate', 'sensors.gps.rate'])
+    'rates.state', 'rates.views', 'rates.path', 'sensors.imu.rate', 'sensors.gps.rate',
+    'real_time_factor'])
 def test_a_rate_of_nearly_nothing_is_refused_in_one_line(node_with, name):
     """Its period leaves the range of numbers; 0 is off."""
     with pytest.raises(ConfigError) as caught:
@@ -292,6 +352,16 @@ def test_a_rate_of_nearly_nothing_is_refused_in_one_line(node_with, name):
     assert str(caught.value) == f'parameter {name}: must be 0 or at least 0.001, got 1e-300'
     with pytest.raises(ConfigError, match='must be from 1 to'):
         node_with(**{'rates.clock': 1e-300})
+
+
+def test_a_factor_of_nearly_nothing_is_refused_in_flight_while_time_is_owed(node_with):
+    """The wall time of what is owed would be beyond all numbers."""
+    node = node_with(start_paused=False)
+    node._wake()
+    time.sleep(0.002)
+    result, = told(node, real_time_factor=1e-306)
+    assert not result.successful and 'must be 0 or at least 0.001' in result.reason
+    assert told(node, real_time_factor=1e-3)[0].successful
 
 
 def test_lists_without_elements_are_refused_or_mean_the_default(node_with):
@@ -327,8 +397,8 @@ def test_of_a_stick_that_is_refused_no_button_acts(node_with):
 
 def test_what_is_said_once_is_not_said_again_at_a_jump(node_with, monkeypatch):
     node, made = node_with(), []
-    emit = node._emit
-    monkeypatch.setattr(node, '_emit', lambda topic, values: (
+    emit = node._outbox.emit
+    monkeypatch.setattr(node._outbox, 'emit', lambda topic, values: (
         made.append(topic), emit(topic, values)))
     for operation in (node.operations.reset, node.operations.trim, node.operations.zero_time):
         assert operation()[0]

@@ -157,7 +157,7 @@ def test_at_full_rates_a_step_is_flown_once_and_makes_one_message_of_each_topic(
         for topic in shown:
             probe.node.create_subscription(
                 message_class(topic.type), topic.name, made.get, qos_profile(topic.qos), raw=True)
-        probe.spin_until(lambda: all(map(node._heard, shown)), 'a listener of every topic')
+        probe.spin_until(lambda: all(map(node._outbox._heard, shown)), 'a listener of every topic')
         made.clear()
         flown.clear()
         node.advance(count)

@@ -287,6 +287,35 @@ def test_pages_show_what_the_topics_say(flight, pages):
 
 
 @marked
+def test_a_page_outlives_what_rclpy_stumbles_over_and_who_poses_as_a_simulator(flight, pages):
+    """A parameter of a type that ROS does not have; a node whose report is one, and no more."""
+    from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+    from rcl_interfaces.msg import Parameter, ParameterValue
+    from rcl_interfaces.srv import SetParameters
+    probe, page = flight[2], pages(flight[1])
+    assert page.connect() == 101
+    page.until(lambda parts: 'report' in parts and 'state' in parts, 'the flight')
+    client = probe.node.create_client(SetParameters, '/watch/set_parameters')
+    probe.spin_until(client.service_is_ready, 'the service')
+    client.call_async(SetParameters.Request(parameters=[
+        Parameter(name='use_sim_time', value=ParameterValue(type=77))]))
+    liar = probe.publisher(DiagnosticArray, '/diagnostics')
+    said = DiagnosticArray(status=[DiagnosticStatus(
+        name='probe: flight', message='a lie', hardware_id='trainer')])
+
+    def believed():
+        liar.publish(said)
+        page.hear()
+        return page.parts['report'].get('flight', {}).get('text') == 'a lie'
+    probe.spin_until(believed, 'the lie')
+    end = time.monotonic() + 0.5   # it asks the liar for parameters that he does not have
+    probe.spin_until(lambda: time.monotonic() > end)
+    page.until(lambda parts: parts['report']['flight']['text'] == 'flying', 'the truth')
+    before = page.parts['state']['time']
+    page.until(lambda parts: parts['state']['time'] > before + 0.5, 'the flight going on')
+
+
+@marked
 def test_the_page_with_the_key_flies_until_it_is_closed(flight, pages):
     from sensor_msgs.msg import JointState
     probe, page = flight[2], pages(flight[0])

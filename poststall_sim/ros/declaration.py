@@ -166,8 +166,7 @@ def fix_sim_time(node: Node, *, source: bool) -> bool:
 def declare_names(node: Node, name: str, values: tuple[str, ...], description: str) -> None:
     """Declare a read-only list of names that the node states and nobody sets."""
     node.declare_parameter(
-        name, Parameter(name, Parameter.Type.STRING_ARRAY, list(values)).value or [],
-        ParameterDescriptor(
+        name, list(values), ParameterDescriptor(
             description=description, read_only=True,
             type=Parameter.Type.STRING_ARRAY.value), ignore_override=True)
 

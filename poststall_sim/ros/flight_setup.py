@@ -96,7 +96,8 @@ def flight_from_settings(settings: SimulatorSettings, air: AirSettings,
         altitude=settings.start_altitude, north_east=(north, east), heading=heading,
         attitude=None if settings.initial_trim else quaternion_from_euler(roll, pitch, heading),
         atmosphere=air.atmosphere, weather=air.weather(settings.start_altitude),
-        dt=settings.dt or None, failed=engine_failures.names(settings.engine_failures),
+        dt=settings.dt or None,
+        failed=engine_failures.failed(aircraft, settings.engine_failures),
         progress=progress)
     if failed:
         flight.failures = failed

@@ -3,8 +3,11 @@
 """What the simulator counts while it flies, and the diagnostics made from it."""
 
 import math
+from collections.abc import Iterable
+from dataclasses import replace
 
 from poststall_sim import run_settings
+from poststall_sim.aero.model import Settings
 from poststall_sim.envelope import Excess
 from poststall_sim.fields import Layout, command_values
 from poststall_sim.frames import rotation
@@ -19,9 +22,8 @@ from poststall_sim.topics import Condition, Level, SolverTally
 class Health:
     """Counters of one node, and the conditions that say how it does."""
 
-    def __init__(self, node_name: str, closure: str) -> None:
+    def __init__(self, node_name: str) -> None:
         self._name = node_name
-        self.closure = closure
         self._missing = ', '.join(optional.missing()) or 'none'
         self.tally = SolverTally()
         self.refused = dict.fromkeys(Refusal, 0)
@@ -128,13 +130,16 @@ class Health:
             'step_time_max_us': self.step_max_ns * 1e-3,
             'headroom': self.tally.steps * follower.dt_ns / self.busy_ns if self.busy_ns else 0.0})
 
-    def solver(self, snapshot: Snapshot) -> Condition:
+    def solver(self, snapshot: Snapshot, settings: Settings) -> Condition:
         """Say how the decambering does."""
-        return self.tally.condition(f'{self._name}: solver', snapshot, self.closure)
+        return self.tally.condition(
+            f'{self._name}: solver', snapshot, run_settings.closure(settings))
 
-    def settings(self, flight: Flight) -> Condition:
-        """Say how the flight is computed, and in which air."""
-        return run_settings.condition(self._name, flight)
+    def settings(self, flight: Flight, idle: Iterable[str]) -> Condition:
+        """Say how the flight is computed, in which air, and which parameters are idle."""
+        found = run_settings.condition(self._name, flight)
+        return replace(found, values={
+            **found.values, 'parameters_without_effect': ', '.join(idle) or 'none'})
 
     def engines(self, snapshot: Snapshot, names: tuple[str, ...]) -> Condition:
         """Say what each engine does, and which of them do not work."""

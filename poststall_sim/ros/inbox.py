@@ -98,16 +98,16 @@ class Inbox:
     def _on_joy(self, message: Joy) -> None:
         node = self._node
         try:
-            # Of a message that is refused no button acts either.
-            joy.positions(message, node.settings, node.desk.trim)
+            # Before the buttons, of which none acts in a message that is refused.
+            where = joy.positions(message, node.settings, node.desk.trim)
             for name in self._buttons.pressed(message, node.settings):
                 done, text = {'pause': lambda: node.operations.pause(not node.paused),
                               'reset': node.operations.reset,
                               'trim': node.operations.trim}[name]()
                 node.get_logger().info(f'joy: {name}: {"" if done else "refused: "}{text}')
             # A stick lives in wall time: its stamps say nothing of the flight's.
-            self._receive(Source.PILOT, joy.commands_from_joy(
-                message, node.settings, node.desk.trim, self._lever), None, turn=False)
+            self._receive(Source.PILOT, joy.commands(
+                where, node.settings, node.desk.trim, self._lever), None, turn=False)
         except RefusedCommand as error:
             self._refuse(Source.PILOT, error)
 

@@ -59,22 +59,22 @@ def positions(message: Any, settings: JoySettings, trim: Mapping[str, float]) ->
     return found
 
 
-def commands_from_joy(message: Any, settings: JoySettings, trim: Mapping[str, float],
-                      lever: Lever) -> dict[str, float]:
+def commands(where: Mapping[str, float], settings: JoySettings, trim: Mapping[str, float],
+             lever: Lever) -> dict[str, float]:
     """
     Return the commands of a stick by name [rad; throttle 0..1].
 
-    trim : of all controls that there are. A stick in the middle is trim; so is a lever of the
-    throttle, whose ends are none and all, whatever trim is. Raises what `positions` raises.
+    where : see `positions`; trim : of all controls that there are. A stick in the middle is trim;
+    so is a lever of the throttle, whose ends are none and all, whatever trim is.
     """
-    commands = {}
-    for name, position in positions(message, settings, trim).items():
+    found = {}
+    for name, position in where.items():
         way = getattr(settings, f'joy_{name}_scale') * _beyond(position, settings.joy_deadband)
         if name != THROTTLE:
-            commands[name] = trim[name] + way
+            found[name] = trim[name] + way
         elif lever.moved(position, settings.joy_deadband):
-            commands[name] = trim[name] + way * (1.0 - trim[name] if way > 0.0 else trim[name])
-    return commands
+            found[name] = trim[name] + way * (1.0 - trim[name] if way > 0.0 else trim[name])
+    return found
 
 
 def _beyond(value: float, deadband: float) -> float:

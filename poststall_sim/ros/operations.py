@@ -74,10 +74,15 @@ class Operations:
         node = self._node
         if node.follows:
             return False, 'time is that of the /clock that is followed'
-        node.flight.set_time(0)
-        node.desk.reset(0, told=self._told(node.flight.snapshot.commanded))
-        node.jumped()
+        self.call_it(0)
         return True, 'at simulated time 0 s'
+
+    def call_it(self, time_ns: int) -> None:
+        """Call the present instant by another time [ns]; commands are awaited from there on."""
+        node = self._node
+        node.flight.set_time(time_ns)
+        node.desk.reset(time_ns, told=self._told(node.flight.snapshot.commanded))
+        node.jumped()
 
     def step(self, count: int | None = None) -> Answer:
         """Advance by a number of steps, step_count unless given."""

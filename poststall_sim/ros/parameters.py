@@ -3,7 +3,9 @@
 """Node parameters as frozen records; `declaration` brings them to a node."""
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 from poststall_sim.aero import model as models
@@ -17,32 +19,44 @@ from poststall_sim.topics import SIMULATED, Rate, Switch
 
 _AERO = models.Settings()
 
+LEAST_FACTOR = 1e-3
+"""Least real-time factor but 0: the wall time of a step, its inverse, is to stay a number."""
+
 
 def entry(name: str, default: Any, description: str, *, low: float | None = None,
           high: float | None = None, choices: tuple[str, ...] = (),
           writable: bool = False, any_length: bool = False, constraints: str = '',
-          least_on: float | None = None) -> Any:
+          least_on: float | None = None,
+          under: Mapping[str, tuple[str, ...]] = MappingProxyType({})) -> Any:
     """
     Return a dataclass field that is a parameter: its ROS name, default, description, range.
 
     constraints : in words, where choices and ranges do not say what it may be; least_on : the
-    least value but 0, which is off.
+    least value but 0, which is off; under : by name, what other parameters have to be for this
+    one to have an effect, which its description says.
 
     A writable one can be changed while the node runs; the others are read-only. A list has as
     many values as its default unless it may have any_length; its default is never empty, for ROS
     does not know the type of an empty list.
     """
+    if under:
+        description += f'; without effect but under {_listed(under)}'
+    if least_on is not None:
+        constraints = f'0 or at least {least_on:g}'
     return dataclasses.field(default=default, metadata={
         'name': name, 'description': description, 'low': low, 'high': high,
         'choices': choices, 'writable': writable, 'any_length': any_length,
-        'constraints': constraints, 'least_on': least_on})
+        'constraints': constraints, 'least_on': least_on, 'under': under})
+
+
+def _listed(under: Mapping[str, tuple[str, ...]]) -> str:
+    return ' and '.join(f'{name} {" or ".join(values)}' for name, values in under.items())
 
 
 def rate_entry(rate: Rate, what: str, *, low: float = 0.0, high: float = 10000.0) -> Any:
     """Return a dataclass field that is the rate of some topics."""
     return entry(rate.parameter, rate.default, f'Rate [Hz of {rate.counts}] of {what}',
-                 low=low, high=high, least_on=LEAST_RATE,
-                 constraints='' if low else f'0 or at least {LEAST_RATE:g}')
+                 low=low, high=high, least_on=None if low else LEAST_RATE)
 
 
 def switch_entry(switch: Switch, what: str) -> Any:
@@ -65,6 +79,12 @@ def button_entry(name: str, default: int, what: str) -> Any:
     """Return a dataclass field that is a button."""
     return entry(f'joy.buttons.{name}', default, f'Button that {what} [-]; -1 = none',
                  low=-1, high=63)
+
+
+LOCAL = {'decambering.closure': ('local',)}
+FREE = {'uvlm.wake': (Shape.FREE.value,)}
+GOMAN_KHRABROV = {'separation.law': (Separation.GOMAN_KHRABROV.value,)}
+"""What some parameters need to have an effect, see `entry`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +124,7 @@ class SimulatorSettings(JoySettings):
         'rounded down to whole milliseconds', low=0.0, high=1.0)
     real_time_factor: float = entry(
         'real_time_factor', 1.0, 'Simulated over wall time [-]; 0 = as fast as possible',
-        low=0.0, high=1000.0, writable=True)
+        low=0.0, high=1000.0, writable=True, least_on=LEAST_FACTOR)
     max_steps_per_wake: int = entry(
         'max_steps_per_wake', 10, 'Steps taken at one wake to catch up [-]; debt beyond it is '
         'forgiven and counted as lost time', low=1, high=1000)
@@ -214,10 +234,11 @@ class SimulatorSettings(JoySettings):
         'uvlm.wake', _AERO.wake.value, 'Where shed rows go: with the air, with what they induce '
         'as well, or nowhere seen from the body', choices=tuple(shape.value for shape in Shape))
     uvlm_free_rows: int = entry(
-        'uvlm.free_rows', _AERO.free_rows, 'Rows of a free wake that move [-]', low=1, high=1000)
+        'uvlm.free_rows', _AERO.free_rows, 'Rows of a free wake that move [-]', low=1, high=1000,
+        under=FREE)
     uvlm_free_every: int = entry(
         'uvlm.free_every', _AERO.free_every, 'Steps from one move of a free wake to the next [-]',
-        low=1, high=100)
+        low=1, high=100, under=FREE)
     uvlm_precision: str = entry(
         'uvlm.precision', _AERO.precision.value, "Float type of the wake's velocity",
         choices=tuple(precision.value for precision in Precision))
@@ -235,11 +256,11 @@ class SimulatorSettings(JoySettings):
         choices=('nonlocal', 'local'))
     decambering_ell: float = entry(
         'decambering.ell', _AERO.ell, 'Averaging length of the non-local closure [chords]',
-        low=0.0, high=10.0)
+        low=0.0, high=10.0, under={'decambering.closure': ('nonlocal',)})
     decambering_scheme: str = entry(
         'decambering.scheme', _AERO.scheme.value, 'How the local closure is solved: a scheme of '
         'the dissertation, or the one that does not fail',
-        choices=tuple(each.value for each in Scheme))
+        choices=tuple(each.value for each in Scheme), under=LOCAL)
     decambering_start: str = entry(
         'decambering.start', 'previous', 'Where the search of the local closure begins at each '
         'step, which settles the solution among several: at the last one, or at attached flow; '
@@ -250,7 +271,7 @@ class SimulatorSettings(JoySettings):
         choices=tuple(form.value for form in AngleForm))
     decambering_relaxation: float = entry(
         'decambering.relaxation', _AERO.damping, 'Under-relaxation of schemes A to D [-]',
-        low=0.01, high=1.0)
+        low=0.01, high=1.0, under={**LOCAL, 'decambering.scheme': ('A', 'B', 'C', 'D')})
     decambering_tolerance: float = entry(
         'decambering.tolerance', _AERO.tolerance, 'Residual at which the iteration ends [rad]',
         low=1e-12, high=0.1)
@@ -262,14 +283,30 @@ class SimulatorSettings(JoySettings):
         'once, late with one time constant, or by the law of Goman and Khrabrov',
         choices=tuple(law.value for law in Separation))
     separation_lag: float = entry(
-        'separation.lag', _AERO.lag, 'Time constant under lag [chords travelled]',
-        low=1e-3, high=100.0)
+        'separation.lag', _AERO.lag, 'Time constant of the lag [chords travelled]',
+        low=1e-3, high=100.0, under={'separation.law': ('lag',)})
     separation_relaxation: float = entry(
-        'separation.relaxation', _AERO.relaxation, 'Time in which separation relaxes under '
-        'goman_khrabrov [chords travelled]', low=1e-3, high=100.0)
+        'separation.relaxation', _AERO.relaxation, 'Time in which separation relaxes '
+        '[chords travelled]', low=1e-3, high=100.0, under=GOMAN_KHRABROV)
     separation_delay: float = entry(
-        'separation.delay', _AERO.delay, 'Delay of separation in a motion under goman_khrabrov '
-        '[chords travelled]', low=0.0, high=100.0)
+        'separation.delay', _AERO.delay, 'Delay of separation in a motion [chords travelled]',
+        low=0.0, high=100.0, under=GOMAN_KHRABROV)
+
+    @property
+    def idle(self) -> dict[str, str]:
+        """What is not as it comes and has no effect beside the others, and what that needs."""
+        by_name = {field.metadata['name']: (getattr(self, field.name), field)
+                   for field in dataclasses.fields(self)}
+        found = {}
+        for name, (value, field) in by_name.items():
+            needed = field.metadata['under']
+            if value == field.default or field.name == 'decambering_enabled':
+                continue
+            if name.startswith('decambering.') and not self.decambering_enabled:
+                needed = {**needed, 'decambering.enabled': ('true',)}
+            if any(by_name[other][0] not in values for other, values in needed.items()):
+                found[name] = _listed(needed)
+        return found
 
     @property
     def rates(self) -> dict[Rate, float]:
@@ -289,11 +326,6 @@ class SimulatorSettings(JoySettings):
     def start_altitude(self) -> float:
         """Altitude above the ground at which the flight starts [m]."""
         return self.initial_position[2] or self.initial_altitude
-
-    @property
-    def closure(self) -> str:
-        """How the section angle is found, for reports."""
-        return self.decambering_closure if self.decambering_enabled else 'off: attached flow'
 
     @property
     def base_frame(self) -> str:

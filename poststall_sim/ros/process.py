@@ -12,7 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
-from rclpy.executors import SingleThreadedExecutor, await_or_execute
+from rclpy.executors import (
+    Executor,
+    ShutdownException,
+    SingleThreadedExecutor,
+    TimeoutException,
+)
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -89,9 +94,8 @@ def run(name: str, make: Callable[[], Node], args: list[str] | None = None, *,
 
     A node ends itself by setting its ``exit_code``. Signals are handled here and not by rclpy,
     which would close the context under a callback that is just publishing. A `ConfigError`
-    while the node is made is one line in the log and `BAD_INPUT`. What rclpy raises over a
-    message that it handles by itself, a request for parameters or a /clock, ends no node; an
-    exception that has passed code of ours does, with its traceback: what it leaves is unknown.
+    while the node is made is one line in the log and `BAD_INPUT`. For what is raised later see
+    `turn`.
     """
     signals = _Signals()
     one_blas_thread()
@@ -103,12 +107,7 @@ def run(name: str, make: Callable[[], Node], args: list[str] | None = None, *,
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         while rclpy.ok() and not ending() and getattr(node, 'exit_code', None) is None:
-            try:
-                executor.spin_once(timeout_sec=patience)
-            except Exception as error:
-                if not _of_rclpy_alone(error):
-                    raise
-                _drop(node, error)
+            turn(executor, node, patience)
     except KeyboardInterrupt:
         signals.built()
     except ConfigError as error:
@@ -128,13 +127,29 @@ def run(name: str, make: Callable[[], Node], args: list[str] | None = None, *,
     return getattr(node, 'exit_code', None) or 0
 
 
-def _of_rclpy_alone(error: Exception) -> bool:
-    """Tell whether an exception comes out of a callback that has nothing of ours in it."""
-    codes = [frame.f_code for frame, _ in traceback.walk_tb(error.__traceback__)]
-    if await_or_execute.__code__ not in codes:
-        return False   # waiting or taking itself has failed: the next turn would do no better
-    called = codes[codes.index(await_or_execute.__code__) + 1:]
-    return not any(code.co_filename.startswith(_OURS) for code in called)
+def turn(executor: Executor, node: Node, patience: float | None) -> None:
+    """
+    Wait for one callback [s at most, None = as long as it takes] and execute it.
+
+    What rclpy raises over a message that it takes and handles by itself, a request for parameters
+    or a /clock, is counted and ends no node. An exception that has passed code of ours goes on
+    from here, with its traceback: what it leaves is unknown. So does one of waiting itself, for
+    the next turn would do no better.
+    """
+    # In the two halves that rclpy documents for executors of one's own: of what `spin_once`
+    # raises nobody could tell in which it was.
+    try:
+        handler, _, _ = executor.wait_for_ready_callbacks(patience)
+    except (TimeoutException, ShutdownException):
+        return
+    handler()
+    error = handler.exception()
+    if error is None:
+        return
+    if any(frame.f_code.co_filename.startswith(_OURS)
+           for frame, _ in traceback.walk_tb(error.__traceback__)):
+        raise error
+    _drop(node, error)
 
 
 def _drop(node: Node, error: Exception) -> None:

@@ -19,7 +19,7 @@ from typing import Any
 
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.utilities import remove_ros_args
 
 from poststall_sim import topics
@@ -32,6 +32,9 @@ LOOK_PERIOD = 0.1
 
 JUMP_NS = 500_000_000
 """Simulated time that falls by more was set back; by less, messages came out of order [ns]."""
+
+STAMP = slice(4, 12)
+"""Where a message that begins with a time has it, as CDR."""
 
 SKIPPED = ('/parameter_events',)
 """Topics not recorded: their empty arrays trip readers, and they say nothing of the flight."""
@@ -82,13 +85,13 @@ class RecorderNode(Node):
         """Subscribe to topics that are new, and see whether all that are expected came."""
         for name, kinds in self.get_topic_names_and_types():
             if (name not in self._types and name not in self._given_up and self._wanted(name)
-                    and self.count_publishers(name)):
-                self._subscribe(name, kinds)
+                    and (offers := self.get_publishers_info_by_topic(name))):
+                self._subscribe(name, kinds, _met_by([each.qos_profile for each in offers]))
         if not self._ready and self._expected <= self._heard:
             self._ready = True
             self.get_logger().info(f'ready: {len(self._types)} topics')
 
-    def _subscribe(self, name: str, kinds: list[str]) -> None:
+    def _subscribe(self, name: str, kinds: list[str], qos: topics.Qos) -> None:
         try:
             if len(kinds) > 1:
                 raise ValueError(f'it has several types, {", ".join(kinds)}')
@@ -99,7 +102,6 @@ class RecorderNode(Node):
             self._given_up.add(name)
             self.get_logger().warning(f'{name} is not recorded: {error}')
             return
-        qos = self._offered(name)
         self._types[name] = kinds[0]
         if self._records(name):
             self._recorder.add_topic(name, kinds[0], qos)
@@ -109,19 +111,12 @@ class RecorderNode(Node):
             kind, name, lambda data: self._on_message(name, stamped, data),
             messages.qos_profile(qos), raw=True)
 
-    def _offered(self, name: str) -> topics.Qos:
-        """Return a quality of service that all present publishers of a topic can meet."""
-        offers = [info.qos_profile for info in self.get_publishers_info_by_topic(name)]
-        return topics.Qos(
-            depth=1000,
-            reliable=all(o.reliability == ReliabilityPolicy.RELIABLE for o in offers),
-            latched=all(o.durability == DurabilityPolicy.TRANSIENT_LOCAL for o in offers))
-
     def _on_message(self, name: str, stamped: bool, data: bytes) -> None:
         time_ns = self._now_ns
-        if name == topics.CLOCK.name or stamped:   # time comes first after the CDR header
+        # Time comes first after the CDR header; bytes that nobody has read may be none of either.
+        if (name == topics.CLOCK.name or stamped) and len(data) >= STAMP.stop:
             order = '<' if data[1] & 1 else '>'
-            seconds, nanoseconds = struct.unpack_from(order + 'iI', data, 4)
+            seconds, nanoseconds = struct.unpack(order + 'iI', data[STAMP])
             if name == topics.CLOCK.name or (seconds, nanoseconds) != (0, 0):
                 time_ns = seconds * 1_000_000_000 + nanoseconds
             if name in self._expected and (
@@ -152,6 +147,14 @@ class RecorderNode(Node):
                 f'{sum(map(self._records, self._types))} topics in '
                 f'{self._recorder.path}')
         super().destroy_node()
+
+
+def _met_by(offers: Sequence[QoSProfile]) -> topics.Qos:
+    """Return a quality of service that all publishers of a topic can meet."""
+    return topics.Qos(
+        depth=1000,
+        reliable=all(each.reliability == ReliabilityPolicy.RELIABLE for each in offers),
+        latched=all(each.durability == DurabilityPolicy.TRANSIENT_LOCAL for each in offers))
 
 
 def main(args: list[str] | None = None) -> int:

@@ -10,14 +10,11 @@ from typing import Any
 
 import numpy as np
 from rclpy.clock import Clock, ClockType
-from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
-from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-from poststall_sim import cdr, envelope, failure_reader, topics
+from poststall_sim import envelope, failure_reader, topics
 from poststall_sim.aircraft import ConfigError
-from poststall_sim.fields import Fields
 from poststall_sim.ros import (
     arguments,
     declaration,
@@ -34,12 +31,11 @@ from poststall_sim.ros.flight_setup import aero_settings, flight_from_settings, 
 from poststall_sim.ros.health import Health
 from poststall_sim.ros.inbox import Inbox
 from poststall_sim.ros.operations import Operations
+from poststall_sim.ros.outbox import Outbox
 from poststall_sim.ros.pacing import Follower, Pacer
 from poststall_sim.ros.parameters import SimulatorSettings
 from poststall_sim.ros.sensor_settings import SensorSettings
 from poststall_sim.state import Controls
-from poststall_sim.topics import Rate, Topic
-from poststall_sim.views import Views
 
 PAUSED_PERIOD = 0.05
 """While paused, /clock is repeated and new subscribers are looked for this often [s]."""
@@ -53,8 +49,9 @@ class SimulatorNode(Node):
     The constructor reads the aircraft, compiles and trims, which takes a while the first time.
     It raises `ConfigError` for parameters or an aircraft that cannot be flown.
 
-    What is heard comes by way of an `Inbox`, what is asked by `Operations`: they use ``flight``,
-    ``layout``, ``desk``, ``health``, ``settings``, ``air``, ``paused``, ``follows``, the methods.
+    What is heard comes by way of an `Inbox`, what is said goes by an `Outbox`, what is asked is
+    done by `Operations`: they use ``flight``, ``layout``, ``desk``, ``health``, ``settings``,
+    ``air``, ``paused``, ``follows``, the methods.
     """
 
     def __init__(self, **node_options: Any) -> None:
@@ -86,17 +83,8 @@ class SimulatorNode(Node):
                             max_steps=self.settings.max_steps_per_wake)
         self._follower = Follower(
             self.flight.dt_ns, max_steps=self.settings.max_steps_per_wake)
-        self.health = Health(
-            self.get_fully_qualified_name().lstrip('/'), self.settings.closure)
-        rates = self.settings.rates | sensors.rates
-        self._instruments = sensors.instruments(self.layout)
-        self._views = Views(self.flight.model, self.layout, rates[Rate.VIEWS])
-        self._views.follow(self.flight)
-        self._schedule = topics.Schedule(rates)
-
-        self._outlets = self._open_outlets({rate for rate, hz in rates.items() if hz == 0.0})
-        self._listeners = dict.fromkeys(self._outlets, 0)
-        self._shown_ns: dict[Topic, int] = {}
+        self.health = Health(self.get_fully_qualified_name().lstrip('/'))
+        self._outbox = Outbox(self, sensors)
         self._tended_ns, self._tend_at = -1, 0.0
         self.operations = Operations(self)
         self.inbox = Inbox(self)
@@ -104,7 +92,6 @@ class SimulatorNode(Node):
             self.create_subscription(ClockMessage, topics.CLOCK.name, self._on_clock,
                                      messages.qos_profile(topics.CLOCK.qos))
         optional.open_services(self)
-        engine_failures.check(self, self.flight.model.aircraft)
         declaration.follow(self, Followed(self.settings, self._on_settings, self._require),
                            Followed(self.air, self._on_air, lambda air: air.weather(
                                self.settings.start_altitude)))
@@ -113,38 +100,16 @@ class SimulatorNode(Node):
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._wake_timer = self.create_timer(self._wake_period(), self._look, clock=steady)
         self.create_timer(1.0 / self.settings.rates_diagnostics, self._report, clock=steady)
-        self._publish_all()
+        self._outbox.show_all()
         gc.collect()
         gc.freeze()   # what exists now stays: the collector need not look at it at every turn
+        self._say_idle()
         self.get_logger().info(
             f'ready: {self.flight.model.aircraft.name}, {len(self.layout.strip_names)} strips, '
             f'dt {self.flight.dt_ns * 1e-6:g} ms, '
             + ('paused' if self.paused else f'lock-step by {self.settings.lockstep}'
                if self.settings.lockstep != 'off' else 'following /clock' if self.follows else
                f'real-time factor {self.settings.real_time_factor:g}'))
-
-    def _open_outlets(self, off: set[Rate]) -> dict[Topic, tuple[Publisher, Any]]:
-        """Create the publishers, each with the message that it keeps and refills."""
-        outlets, missing = {}, {}
-        if not self.settings.publish_clock:
-            off = off | {Rate.CLOCK}
-        for topic in topics.PUBLISHED:
-            if topic.rate in off or topic.switch in self.settings.switched_off \
-                    or not topic.shown_by(self.layout):
-                continue
-            if not messages.available(topic.type):
-                missing.setdefault(topic.type.partition('/')[0], []).append(topic.name)
-                continue
-            kind = messages.message_class(topic.type)
-            # rclpy goes through all event handlers at each wake, which costs half as much as the
-            # flight does; who asks for another quality of service is told so on his own side.
-            outlets[topic] = (self.create_publisher(
-                kind, topic.name, messages.qos_profile(topic.qos),
-                event_callbacks=PublisherEventCallbacks(use_default_callbacks=False)), kind())
-        for package, names in missing.items():
-            self.get_logger().info(
-                f'{package} is not installed, so there is no {" and no ".join(names)}')
-        return outlets
 
     def _wake_period(self) -> float:
         """Return how often to look whether steps are due [s of wall time]."""
@@ -183,8 +148,7 @@ class SimulatorNode(Node):
         now_ns = self.flight.snapshot.time_ns
         began_ns = self._follower.joined(now_ns)
         if began_ns != now_ns:
-            self.flight.set_time(began_ns)
-            self._publish_all()
+            self.operations.call_it(began_ns)
         return self._follower.due(began_ns)
 
     def _on_clock(self, message: ClockMessage) -> None:
@@ -209,7 +173,7 @@ class SimulatorNode(Node):
             if self.flight.paused_reason or process.ending() or not self.context.ok():
                 break
             self._step(paced=False)
-        self._show()
+        self._outbox.show()
 
     def _step(self, *, paced: bool) -> None:
         """Fly one step and publish what is due after it; paced : as wall time asked for it."""
@@ -228,12 +192,7 @@ class SimulatorNode(Node):
         snapshot = self.flight.step(self._controls)
         stepped = time.perf_counter_ns()
         if snapshot is not before:
-            self._views.follow(self.flight)
-            for topic, values in self._instruments.step(snapshot):
-                if self._heard(topic):
-                    self._emit(topic, values)
-            for topic in self._schedule.due(snapshot.time_ns):
-                self._publish(topic)
+            self._outbox.stepped()
             self.health.stepped(snapshot, stepped - begin, time.perf_counter_ns() - begin)
             if paced and not self.follows:
                 self._pacer.stepped()
@@ -272,81 +231,43 @@ class SimulatorNode(Node):
         """Go on from a state or a time that does not follow from the one before, and show it."""
         self.inbox.turns.forget()
         self._pacer.forgive(time.monotonic_ns())
-        self._publish_all()
+        self._outbox.show_all()
 
     def _pause(self, paused: bool) -> None:
         self.paused = paused
         self._pacer.stop()
         self._follower.stop()
         if paused:
-            self._show()
-
-    def _show(self) -> None:
-        """Publish what has not been published of the present snapshot."""
-        for topic in self._outlets:
-            if topic.rate is not Rate.ONCE and (
-                    self._shown_ns.get(topic) != self.flight.snapshot.time_ns):
-                self._publish(topic)
-
-    def _publish(self, topic: Topic) -> None:
-        """Publish a topic of the present snapshot, unless nobody would hear it."""
-        if topic not in self._outlets or not topic.rate.shows_state:
-            return
-        snapshot = self.flight.snapshot
-        self._shown_ns[topic] = snapshot.time_ns
-        if topic.rate in (Rate.CLOCK, Rate.ONCE) or self._heard(topic):
-            self._emit(topic, topic.fields(snapshot, self.layout) if topic.fields
-                       else self._views.fields(topic, self.flight))
-
-    def _heard(self, topic: Topic) -> int:
-        return self._outlets[topic][0].get_subscription_count()
-
-    def _emit(self, topic: Topic, values: Fields) -> None:
-        publisher, message = self._outlets[topic]
-        publisher.publish(cdr.serialize(topic.type, values) if topic.bulk
-                          else messages.fill(message, values))
-
-    def _publish_all(self) -> None:
-        """Publish every topic of the present snapshot, what is said once only at first."""
-        self._schedule.due(self.flight.snapshot.time_ns)
-        for topic in self._outlets:
-            if topic.rate is not Rate.ONCE or topic not in self._shown_ns:
-                self._publish(topic)
+            self._outbox.show()
 
     def _tend(self) -> None:
-        """While time stands, repeat /clock and show new subscribers the present state."""
-        stands = self.paused or self.follows or self.settings.lockstep != 'off'
+        """While time stands, tell the time and who is new the state."""
         now_ns = self.flight.snapshot.time_ns
         if self.follows and now_ns == self._tended_ns:
-            self._show()   # the clock may have stopped between two states that are due
+            self._outbox.show()   # the clock may have stopped between two states that are due
         self._tended_ns = now_ns
-        for topic, (publisher, _) in self._outlets.items():
-            before = self._listeners[topic]
-            self._listeners[topic] = publisher.get_subscription_count()
-            new = self._listeners[topic] > before
-            if (stands and topic.rate is not Rate.ONCE and (
-                    topic.rate is Rate.CLOCK or new)) or (topic is topics.PATH and new):
-                self._publish(topic)
+        self._outbox.tend(
+            stands=self.paused or self.follows or self.settings.lockstep != 'off')
 
     def _report(self) -> None:
         """Publish the diagnostics."""
         snapshot, health = self.flight.snapshot, self.health
-        publisher, message = self._outlets[topics.DIAGNOSTICS]
         clock = self.resolve_topic_name(topics.CLOCK.name)
         sources = self.count_publishers(clock)
-        publisher.publish(messages.fill(message, topics.diagnostics_fields(
+        self._outbox.emit(topics.DIAGNOSTICS, topics.diagnostics_fields(
             snapshot.time_ns, self.flight.model.aircraft.name, [
                 health.flight(snapshot, paused=self.paused, reason=self.flight.paused_reason,
                               clock=clock, clock_sources=sources, waits_for=self._waits_for(),
                               outside=envelope.exceeded(snapshot, self.flight.model)),
                 health.following(self._follower, snapshot.time_ns, sources) if self.follows
                 else health.pace(self._pacer, self._waits_for()),
-                health.solver(snapshot), health.settings(self.flight),
+                health.solver(snapshot, self.flight.model.settings),
+                health.settings(self.flight, self.settings.idle),
                 health.engines(snapshot, self.flight.model.aircraft.engine_names),
                 health.controls(snapshot, self.layout,
                                 failure_reader.words(self.flight.failures)),
                 health.commands(self.desk, snapshot.time_ns, self.settings.command_source,
-                                self.inbox.turns.repeated, process.dropped())])))
+                                self.inbox.turns.repeated, process.dropped())]))
 
     def _waits_for(self) -> str:
         """Return what time waits for in lock-step, or nothing."""
@@ -359,6 +280,7 @@ class SimulatorNode(Node):
         if settings.flight_file:
             flight_path(settings)
         surfaces.failed(self.flight.model.aircraft, settings)
+        engine_failures.failed(self.flight.model.aircraft, settings.engine_failures)
         if settings.real_time_factor != self.settings.real_time_factor and (
                 self.follows or settings.lockstep != 'off'):
             raise ConfigError('real_time_factor has no effect here: time is that of '
@@ -369,15 +291,25 @@ class SimulatorNode(Node):
         if settings.real_time_factor != before.real_time_factor:
             self._pacer.change(settings.real_time_factor, time.monotonic_ns())
             self._wake_timer.timer_period_ns = round(self._wake_period() * 1e9)
-        self.flight.failed_engines = engine_failures.names(settings.engine_failures)
         if settings.decambering_enabled != before.decambering_enabled:
             self.flight.model = replace(self.flight.model, settings=aero_settings(settings))
-            self.health.closure = settings.closure
+            self._say_idle()
+        # Of failures what was not named now may be from a flight file, and stays.
+        aircraft = self.flight.model.aircraft
+        if 'engine_failures' in named:
+            self.flight.failed_engines = engine_failures.failed(
+                aircraft, settings.engine_failures)
         words = [word for word in settings.failures if word.strip()]
-        if words != failure_reader.words(self.flight.failures):   # else it has them from a file
-            self.flight.failures = surfaces.failed(self.flight.model.aircraft, settings)
+        if 'failures' in named and words != failure_reader.words(self.flight.failures):
+            self.flight.failures = surfaces.failed(aircraft, settings)
             self.get_logger().warning(
                 f'failed: {", ".join(words)}' if words else 'nothing fails any more')
+
+    def _say_idle(self) -> None:
+        """Warn of what was set and has no effect."""
+        if self.settings.idle:
+            self.get_logger().warning('without effect here: ' + '; '.join(
+                f'{name}, which needs {needed}' for name, needed in self.settings.idle.items()))
 
     def _on_air(self, air: AirSettings, named: frozenset[str]) -> None:
         self.air = air

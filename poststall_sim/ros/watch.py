@@ -16,7 +16,7 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidNamespaceException
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.validate_namespace import validate_namespace
@@ -25,7 +25,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from poststall_sim import definition, inlets, topics
 from poststall_sim.aircraft import Aircraft, ConfigError
-from poststall_sim.ros import messages
+from poststall_sim.ros import messages, process
 from poststall_sim.watch import scene as scenes
 from poststall_sim.watch.scene import Scene
 
@@ -139,7 +139,8 @@ class WatchNode(Node):
 
         def answered(future: Any) -> None:
             self.destroy_client(client)
-            if future.cancelled() or future.exception():
+            # Another's node may bear such a name and have no such parameters: it gives none.
+            if future.cancelled() or future.exception() or len(future.result().values) != 2:
                 self._known = None
                 return
             name, strips = future.result().values
@@ -214,11 +215,14 @@ def watching(namespace: str, aircraft: Aircraft | None) -> Iterator[WatchNode]:
         node = WatchNode(namespace.strip('/'), aircraft)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        spinning = threading.Thread(target=_spin, args=(executor,), name='watch', daemon=True)
+        ended = threading.Event()
+        spinning = threading.Thread(
+            target=_spin, args=(executor, node, ended), name='watch', daemon=True)
         spinning.start()
         try:
             yield node
         finally:
+            ended.set()
             executor.shutdown()
             spinning.join()
             node.destroy_node()
@@ -226,8 +230,6 @@ def watching(namespace: str, aircraft: Aircraft | None) -> Iterator[WatchNode]:
         rclpy.try_shutdown()
 
 
-def _spin(executor: SingleThreadedExecutor) -> None:
-    try:
-        executor.spin()
-    except ExternalShutdownException:
-        return
+def _spin(executor: SingleThreadedExecutor, node: WatchNode, ended: threading.Event) -> None:
+    while not ended.is_set():
+        process.turn(executor, node, None)
