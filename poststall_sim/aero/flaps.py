@@ -28,7 +28,7 @@ from numba import njit
 _EXACT = {'cache': True, 'nogil': True}
 INLINE = {'forceinline': True, **_EXACT}
 """For what residuals ask strip by strip: left to itself LLVM makes a call of it, which costs as
-much as what is asked, 7 % of a decambering in all."""
+much as what is asked, some 6 % of a decambering in all."""
 
 LEFT = 0.25
 """Share of the attached lift that Kirchhoff's flow has with separation at the leading edge."""
