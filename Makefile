@@ -105,7 +105,8 @@ draw: .venv/installed  ## draw a bag again; BAG=folder, by default the demo's
 
 # Both ends of what users have: Ubuntu 24.04 ships numpy 1.26.4 and scipy 1.11.4.
 matrix:  ## python 3.11 and 3.12, each with numpy 1.26 and 2: the tests that are not slow
-	@report= ran= failed=
+	@export OPENBLAS_NUM_THREADS=1
+	report= ran= failed=
 	for version in 3.11 3.12; do
 		python=
 		for candidate in python$$version "$${PYENV_ROOT:-$$HOME/.pyenv}"/versions/$$version.*/bin/python; do

@@ -41,7 +41,9 @@ extras['all'] = sorted(set(sum(extras.values(), [])))
 # Not in `all`: it brings CasADi and pandas, 300 MB, and only tools/make_polars.py asks for it.
 extras['polars'] = ['neuralfoil>=0.3']
 # Nor these: the first is 350 MB, and one flight needs none of it.
-extras['campaign'] = ['dask[distributed]>=2024.1', 'pyarrow>=14', 'xarray>=2024.1', 'zarr>=2.16']
+# pyarrow 26 wants NumPy 2 and does not tell pip, which then puts it beside NumPy 1.26.
+extras['campaign'] = ['dask[distributed]>=2024.1', 'pyarrow>=14,<26', 'xarray>=2024.1',
+                      'zarr>=2.16']
 extras['learning'] = ['gymnasium>=1.1']
 extras['test'] = [
     *extras['campaign'],

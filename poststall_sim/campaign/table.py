@@ -35,9 +35,9 @@ def _arrow() -> Any:
         import pyarrow
         import pyarrow.compute
         import pyarrow.parquet
-    except ImportError:
-        raise ImportError("campaigns need pyarrow: pip install '.[campaign]' in the checkout") \
-            from None
+    except ImportError as error:   # it may be there, and too new for this NumPy
+        raise ImportError("campaigns need pyarrow: pip install '.[campaign]' in the checkout "
+                          f'({error})') from None
     return pyarrow
 
 

@@ -33,7 +33,7 @@ def add(command: Command) -> argparse.ArgumentParser:
     fly.add_argument('--record', type=Path, metavar='DIR',
                      help='write a rosbag2 folder, the same topics as the node')
     fly.add_argument('--duration', type=values.within(_DURATION), metavar='S',
-                     help="instead of the scenario's")
+                     help="instead of the scenario's; counted from its start, also with --resume")
     fly.add_argument('--airspeed', type=values.within(values.AIRSPEED), metavar='M/S',
                      help="at which it starts, trimmed; instead of the scenario's")
     fly.add_argument('--altitude', type=values.within(values.HEIGHT), metavar='M', help='likewise')
