@@ -281,4 +281,5 @@ def test_a_library_that_is_not_there(library, words, message, tmp_path):
             f'sys.exit(cli.main({words!r}))')
     done = subprocess.run([sys.executable, '-c', code], cwd=tmp_path, capture_output=True,
                           text=True, timeout=240)   # compiling for the first time included
-    assert (done.returncode, done.stderr.splitlines()) == (2, [message])
+    # A first line may say that kernels are compiled.
+    assert (done.returncode, done.stderr.splitlines()[-1]) == (2, message)
