@@ -170,6 +170,9 @@ class _Reading:
         sections, places = self._sections(sheet)
         edges = self._strips(sheet, places)
         flaps = avl_controls.flaps(sheet, sections, places, edges)
+        self.assumptions += [
+            f'surface {sheet.name}: {each} moves nothing, as in AVL, for it stands at one section '
+            'alone: give it at both ends of its flap' for each in avl_controls.alone(sheet)]
         plane = 0.0 if sheet.image is None and self.file.symmetry[0] else sheet.image
         ends = [sections[i].leading_edge_G[1] for i in (0, -1)]
         if plane is not None:

@@ -359,18 +359,18 @@ def _sections(model: Model) -> Iterator[Finding]:
 
 def _stand_ins(aircraft: Aircraft) -> Iterator[Finding]:
     """Find sections that poststall new made for an AVL file; the file itself says so."""
-    names = {airfoil.name for airfoil in aircraft.airfoils if stands_in(airfoil)}
-    surfaces = [surface.name for surface in aircraft.surfaces
-                if any(section.airfoil in names for section in surface.sections)]
-    if names and not aircraft.assumptions:
-        dragless = all(airfoil.cd.min() == 0.0 for airfoil in aircraft.airfoils
-                       if airfoil.name in names)
-        yield Finding(
-            'sections', f'{", ".join(sorted(names))} of {", ".join(surfaces)} separate as one '
-            'generic plate, with no stall of their own'
-            + ', and without drag before it' * dragless,
-            'give them tables, measured or computed: poststall airfoil --extend makes one of a '
-            'polar')
+    generic = [airfoil for airfoil in aircraft.airfoils if stands_in(airfoil)]
+    if not generic or aircraft.assumptions:
+        return
+    said = ', '.join(
+        f'{name} of ' + ' and '.join(surface.name for surface in aircraft.surfaces if any(
+            section.airfoil == name for section in surface.sections))
+        for name in dict.fromkeys(airfoil.name for airfoil in generic))
+    dragless = all(airfoil.cd.min() == 0.0 for airfoil in generic)
+    yield Finding(
+        'sections', f'{said}: past the stall one generic plate'
+        + ', before it without drag' * dragless,
+        'give them tables of their own: poststall airfoil --extend makes one of a polar')
 
 
 def _reynolds(model: Model, stalled: Stall | None) -> Iterator[Finding]:
