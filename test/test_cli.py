@@ -6,6 +6,7 @@ import importlib
 import json
 import math
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -448,6 +449,25 @@ def test_the_flight_is_the_one_that_the_library_flies():
         flights[1].step(flights[1].trim)   # nothing moves in the first second
     assert last.time_ns == flights[1].snapshot.time_ns
     np.testing.assert_array_equal(last.body.position_N, flights[1].snapshot.body.position_N)
+
+
+def test_tables_have_their_units_in_the_headings(capsys):
+    """Of trims what is 0 everywhere is left out: here nothing is but the pull and the turn."""
+    assert cli.main(['trim', '--airspeed', '15', '--sideslip', '5', '--fail',
+                     'aileron_right:stuck=2']) == 0
+    head, row = (re.split(r'  +', line.strip()) for line in
+                 capsys.readouterr().out.splitlines()[:2])
+    assert head == ['V [m/s]', 'alpha [deg]', 'beta [deg]', 'bank [deg]', 'throttle',
+                    'climb [deg]', 'sink [m/s]', 'aileron [deg]', 'elevator [deg]',
+                    'rudder [deg]', 'aileron_right [deg]', 'residual']
+    assert row[:2] == ['steady', '15.000']
+    for words, found in ((['show'], ['sweep [deg]', 'dihedral [deg]']),
+                         (['derivatives', '--alpha', '2'],
+                          ['by alpha [1/rad]', 'by p b/2V', 'by elevator [1/rad]']),
+                         (['polar', '--alpha', '2:4:2'], ['alpha [deg]', 'residual [rad]'])):
+        assert cli.main(words) == 0
+        said = capsys.readouterr().out
+        assert all(each in said for each in found)
 
 
 def said_while_compiling(tmp_path, monkeypatch, capsys, name, patience):

@@ -37,9 +37,9 @@ const poststallFigures = (colours) => {
     surfaceTrace: (group, number, more) => ({type: 'scatter', name: group.name, x: [], y: [],
       marker: {size: number ? 6 : 9, opacity: number ? 0.6 : 1, line: {width: 0}}, ...more})});
 
-  // Draws the span loading without its lift; returns the surfaces that are in it. averaged: by
-  // the non-local closure, which the live page is not told and which is what flies by default.
-  function drawLoading(strips, averaged = true) {
+  // Draws the span loading without its lift; returns the surfaces that are in it. averaged: say
+  // what the non-local closure does to it; the live page has no room, and is not told the closure.
+  function drawLoading(strips, averaged = false) {
     const {legend, small, surfaceTrace} = ofStrips(strips);
     const groups = strips.groups.filter((group) => !group.upright);
     const traces = groups.map((group, number) => surfaceTrace(group, number, {
