@@ -19,6 +19,7 @@ from poststall_sim.aero.model import Model
 from poststall_sim.frames import GRAVITY
 from poststall_sim.jobs import Result
 from poststall_sim.manoeuvre import Task
+from poststall_sim.stability import flight
 from poststall_sim.state import Status
 from poststall_sim.trim import Trim
 
@@ -72,15 +73,7 @@ def _kind(model: Model, failed: frozenset[str] = trims.ALL_WORK) -> str:
 def along_alpha(model: Model, alphas: Sequence[float], *, altitude: float,
                 climb_angle: float | None = None) -> Iterator[Result]:
     """Yield the glide at each alpha [rad], or the flight along a climb angle."""
-    delta0 = None
-    for alpha in alphas:
-        if climb_angle is None:
-            found = trims.glide(model, alpha=alpha, altitude=altitude, delta0=delta0)
-        else:
-            found = trims.powered(model, alpha=alpha, altitude=altitude, delta0=delta0,
-                                  climb_angle=climb_angle)
-        if found.status is Status.CONVERGED:
-            delta0 = found.aero.strips.delta
+    for found in flight.trims_along(model, alphas, altitude=altitude, climb_angle=climb_angle):
         yield trim_result(model, found, 'glide' if climb_angle is None else 'at alpha', altitude)
 
 
