@@ -13,6 +13,7 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 from rcl_interfaces.srv import GetParameters
+from rclpy.client import Client
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidNamespaceException
@@ -31,6 +32,9 @@ from poststall_sim.watch.scene import Scene
 
 LOOK_PERIOD = 0.5
 """How often to look whether the simulator is there [s of wall time]."""
+
+ASK_PERIOD = 2.0
+"""A question is asked again when it is not answered for so long [s of wall time]."""
 
 DRAWN = {'body': 'shape', 'strips': 'shape', 'controls': 'moving', 'lift': 'moving'}
 """The markers that the page draws: those that stay, and those that move, in base_link."""
@@ -58,7 +62,10 @@ class WatchNode(Node):
         self.scene = Scene(self.get_namespace())
         self._aircraft = aircraft
         self._places: dict[str, list[float]] = {}
-        self._known: tuple[str, str] | None = None   # node and aircraft that were asked about
+        self._strips: list[str] = []
+        self._known: tuple[str, str] | None = None   # node and aircraft that were told of
+        self._asking: Client | None = None
+        self._ask_at = 0.0
         self._time_ns = 0
         self._odom = self._listen('odom', self._on_odom)
         for name, key in _NUMBERS.items():
@@ -90,7 +97,7 @@ class WatchNode(Node):
     def _look(self) -> None:
         publishers = self.count_publishers(self._odom)
         if not publishers:
-            self._known = None   # the next one may have other strips
+            self._known, self._ask_at = None, 0.0   # the next one may have other strips
         self.scene.look(time.monotonic(), publishers, self._odom)
 
     def _on_odom(self, message: Odometry) -> None:
@@ -103,7 +110,7 @@ class WatchNode(Node):
 
     def _on_place(self, name: str, message: Any) -> None:
         self._places[name] = list(message.data)
-        self._describe_strips([])
+        self._describe_strips()
 
     def _on_markers(self, message: Any) -> None:
         found: dict[str, dict[str, np.ndarray]] = {}
@@ -126,28 +133,39 @@ class WatchNode(Node):
         if 'flight' not in found:
             return
         self.scene.report(found)
-        if (node, aircraft) != self._known:
+        if (node, aircraft) != self._known and time.monotonic() >= self._ask_at:
             self._ask(node, aircraft)
 
     def _ask(self, node: str, aircraft: str) -> None:
-        """Ask a simulator what it flies; until it answers, it is asked after each report."""
-        client = self.create_client(GetParameters, f'{node}/get_parameters')
+        """Ask a simulator what it flies; until it answers, it is asked again and again."""
+        self._ask_no_more()
+        self._asking = client = self.create_client(GetParameters, f'{node}/get_parameters')
         if not client.service_is_ready():
-            self.destroy_client(client)
+            self._ask_no_more()
             return
-        self._known = node, aircraft
+        self._ask_at = time.monotonic() + ASK_PERIOD
 
         def answered(future: Any) -> None:
-            self.destroy_client(client)
+            if client is not self._asking:
+                return   # somebody else has been asked since
+            self._ask_no_more()
+            self._ask_at = 0.0
             # Another's node may bear such a name and have no such parameters: it gives none.
             if future.cancelled() or future.exception() or len(future.result().values) != 2:
                 self._known = None
                 return
+            self._known = node, aircraft
             name, strips = future.result().values
+            self._strips = list(strips.string_array_value)
+            self._describe_strips()
             self._describe(aircraft, name.string_value)
-            self._describe_strips(list(strips.string_array_value))
         client.call_async(GetParameters.Request(
             names=['aircraft', 'strip_names'])).add_done_callback(answered)
+
+    def _ask_no_more(self) -> None:
+        client, self._asking = self._asking, None
+        if client is not None:
+            self.destroy_client(client)
 
     def _describe(self, name: str, file: str) -> None:
         try:
@@ -163,19 +181,14 @@ class WatchNode(Node):
         self.scene.setup(aircraft=name, limits=limits | (
             {topics.THROTTLE: (0.0, 1.0)} if found.engines else {}))
 
-    def _describe_strips(self, names: list[str]) -> None:
-        """Say where the strips are, and of which surfaces, once all of it is known."""
+    def _describe_strips(self) -> None:
+        """Say where the strips are, and of which surfaces if that is known, in any order."""
         y, cl_max = (self._places.get(name) for name in _PLACES)
         if y is None or cl_max is None or len(y) != len(cl_max):
             return
-        before = self.scene.parts()['setup'][1]['strips']
-        if len(names) == len(y):
-            groups = scenes.groups(names, y)
-        elif before is not None and len(before['y']) == len(y):
-            groups = before['groups']
-        else:
-            groups = scenes.groups(['strips_1'] * len(y), y)
-        self.scene.setup(strips={'y': y, 'cl_max': cl_max, 'groups': groups})
+        names = self._strips if len(self._strips) == len(y) else ['strips_1'] * len(y)
+        self.scene.setup(strips={
+            'y': y, 'cl_max': cl_max, 'groups': scenes.groups(names, y)})
 
     def command(self, values: Mapping[str, float]) -> None:
         """Command controls by name [rad; throttle 0..1], as of the latest state that was heard."""
