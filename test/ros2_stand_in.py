@@ -12,10 +12,13 @@ A little of the command `ros2`, over the same DDS, where there is none: pip has 
 import importlib
 import os
 import sys
+import time
 from pathlib import Path
 
 LIMIT = 120.0
 """How long a node may take to come up, compiling included [s]."""
+PATIENCE = 10.0
+"""So long is an answer awaited before the service is asked again [s]."""
 
 
 def main(words):
@@ -76,25 +79,33 @@ def named(kind):
 
 
 def ask(node, kind, name, request):
-    """Return the answer of a service."""
+    """
+    Return the answer of a service.
+
+    It is asked again where none comes: a server drops the answer to somebody whom it has not
+    discovered yet. The real one waits for ever then, and whoever sits before it types it again.
+    """
     client = node.create_client(kind, name)
     if not client.wait_for_service(timeout_sec=LIMIT):
         raise SystemExit(f'no service {name} in {LIMIT:g} s')
-    answer = client.call_async(request)
-    until(node, answer.done, f'an answer of {name}')
-    return answer.result()
+    asked = []
+
+    def answered():
+        if not asked or time.monotonic() > asked[-1][0] + PATIENCE:
+            asked.append((time.monotonic(), client.call_async(request)))
+        return next((future for _, future in asked if future.done()), None)
+    return until(node, answered, f'an answer of {name}').result()
 
 
 def until(node, done, what):
-    """Spin until something is there."""
-    import time
-
+    """Spin until ``done`` gives something true, and return it."""
     import rclpy
     end = time.monotonic() + LIMIT
-    while not done():
+    while not (result := done()):
         if time.monotonic() > end:
             raise SystemExit(f'waited {LIMIT:g} s for {what}')
         rclpy.spin_once(node, timeout_sec=0.05)
+    return result
 
 
 if __name__ == '__main__':

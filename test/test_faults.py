@@ -13,6 +13,7 @@ import sys
 import time
 from collections import Counter
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -227,25 +228,33 @@ def test_a_reliable_topic_owes_a_message_until_10_newer_ones_are_published():
 
 def test_a_subscriber_that_does_not_spin_for_1_s_keeps_what_its_own_history_holds(flight, probe):
     """Receiving goes on meanwhile, so that nothing is lost but to a history that is too short."""
-    shallow = []
-    probe.node.create_subscription(
-        Odometry, 'odom', lambda message, info: shallow.append(
-            info['publication_sequence_number']), 10)
-    probe.spin_until(lambda: shallow, 'its first message')
-    began, seen = time.time_ns(), len(shallow)
-    time.sleep(1.0)
-    ended = time.time_ns()
-    flight.go_on(60)   # what came in that second, some fifty, and more
+    odom = next(topic for topic in RELIABLE if topic.name == 'odom')
+    shallow = flight.keeper.create_subscription(Odometry, 'odom', lambda message: None, 10)
+
+    def taken():
+        """Return the numbers of what it has kept; an executor would take them one by one."""
+        found = []
+        with shallow.handle:
+            while (item := shallow.handle.take_message(Odometry, False)) is not None:
+                found.append(item[1]['publication_sequence_number'])
+        return found
+
+    probe.spin_until(taken, 'its first message')
+    begun, end = len(flight.taken(odom)), time.monotonic() + LIMIT
+    while len(flight.taken(odom)) < begun + 50:   # a second of the flight
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    before = time.time_ns()
+    found = taken()
+    after = time.time_ns()
     probe.spin_until(
-        lambda: shallow[-1] == flight.infos[-1]['publication_sequence_number'], 'the last one')
+        lambda: flight.infos[-1]['received_timestamp'] > after, 'all that came meanwhile')
+    first, last = (max(info['publication_sequence_number'] for info in flight.infos
+                       if info['received_timestamp'] < when) for when in (before, after))
+    # The ten before it was looked at; what comes while it is read takes the place of what was.
+    assert len(found) >= 10 and first - 10 <= found[0] <= last - 8
+    assert last - first > 1 or found == list(range(found[0], found[0] + len(found)))
     flight.require_order()
-    meanwhile = [info['publication_sequence_number'] for info in flight.infos
-                 if began < info['received_timestamp'] < ended]
-    missing = sorted({*range(shallow[seen - 1], shallow[-1])} - {*shallow[seen - 1:]})
-    assert len(meanwhile) > 20
-    # All but the ten before it was looked at; one may have come in between.
-    assert {*meanwhile[:-10]} <= {*missing}
-    assert not {*meanwhile[-9:]} & {*missing}
 
 
 def test_10_000_bad_commands_of_20_kinds_are_counted_and_move_nothing(fly, probe):
@@ -259,29 +268,52 @@ def test_10_000_bad_commands_of_20_kinds_are_counted_and_move_nothing(fly, probe
             not isinstance(message, bytes)), topic)
         for topic in {topic for topic, *_ in kinds}}
     counters = {counter for *_, counter, _ in kinds if counter}
-    # Who is not known yet is not heard where nothing is sent again: the first of each comes alone.
-    for topic, message, counter in {topic: (topic, message, counter) for topic, message, counter, _
-                                    in kinds if counter}.values():
-        heard = flight.reports.number('commands', counter)
-        send_sparingly(flight.reports, publishers[topic], message, lambda heard=heard,
-                       counter=counter: flight.reports.number('commands', counter) > heard, topic)
+    assert sum(count for *_, count in kinds) == 16 + 500
     before = {key: flight.reports.number('commands', key) for key in counters}
     trim = flight.elevator()
     sent = Counter()
     kinds = [(topic, message if isinstance(message, bytes) else serialize_message(message),
               counter, count) for topic, message, counter, count in kinds]   # once, not 500 times
 
-    def counted():
-        return {key: flight.reports.number('commands', key) - before[key] for key in counters}
+    def put(topic, message, counter, count):
+        publishers[topic].publish(message)
+        if counter:
+            sent[counter] += count
 
-    for _ in range(500):
-        for topic, message, counter, count in kinds:
-            publishers[topic].publish(message)
-            if counter:
-                sent[counter] += count
-        # Best effort: more than its history at once would be lost on the way.
-        probe.spin_until(lambda: counted() == sent, f'{dict(sent)}, counted {counted()}', 20.0)
-    assert sum(sent.values()) == 500 * (16 + 500)
+    def uncounted():
+        return {key: sent[key] - flight.reports.number('commands', key) + before[key]
+                for key in counters}
+
+    def lost(until_now):
+        """Return what is not counted: as much as until now, or what does not become less."""
+        left = uncounted()
+        while left != until_now:
+            heard = len(flight.reports.heard)
+            probe.spin_until(lambda left=left, heard=heard: uncounted() != left
+                             or len(flight.reports.heard) > heard + 5, 'diagnostics')
+            if uncounted() == left:
+                break
+            left = uncounted()
+        return left
+
+    # Who is not known yet is not heard: of each topic one that comes alone, until it is counted.
+    for kind in {kind[0]: kind for kind in kinds if kind[2]}.values():
+        heard = flight.reports.number('commands', kind[2])
+        send_sparingly(
+            flight.reports, SimpleNamespace(publish=lambda kind: put(*kind)), kind,
+            lambda kind=kind, heard=heard: flight.reports.number('commands', kind[2]) > heard,
+            kind[0])
+    rounds, few, gone = 0, 0, lost({})
+    while rounds < 500:
+        for kind in kinds:   # more than the history of a topic at once would be lost on the way
+            put(*kind)
+        until_now, gone = gone, lost(gone)
+        if all(gone[key] <= until_now[key] for key in counters):
+            rounds += 1
+        else:   # best effort: a few may be lost all the same, and their round is not one
+            few += 1
+            assert few < 50, (gone, dict(sent))
+    assert min(gone.values()) >= 0, (gone, dict(sent))   # none was counted twice
     assert flight.reports.value('commands', 'accepted') == '0'
     assert flight.reports.value('commands', 'refused_out_of_order') == '0'
     assert flight.elevator() == trim
@@ -299,15 +331,17 @@ def test_a_pilot_killed_1_or_2_times_leaves_trim_behind_and_is_obeyed_when_he_re
     pull = a_scenario(tmp_path / 'pull.yaml', 'elevator', '[[0.0, -2.0], [60.0, -2.0]]')
     pull.write_text(pull.read_text().replace('duration_s: 2.0', 'duration_s: 60.0'))
     pulled = pytest.approx(trim - math.radians(2.0), abs=1e-6)
+    commands = probe.collect(JointState, 'pilot/surface_cmd', 1000)
     for _ in range(times):
+        commands.clear()
         pilot = start('pilot', ros=['-p', f'scenario:={pull}'])
-        probe.spin_until(lambda: flight.elevator() == pulled, 'the pilot to pull')
+        probe.spin_until(lambda: commands and flight.elevator() == pulled, 'the pilot to pull')
         pilot.send(signal.SIGKILL)
         assert pilot.ended() == -signal.SIGKILL
-        last = flight.time_ns()
-        assert flight.elevator() == pulled
         probe.spin_until(lambda: flight.elevator() == pytest.approx(trim, abs=1e-9), 'trim')
-        assert 0.3e9 < flight.time_ns() - last < 1.5e9   # command.timeout is 0.5 s
+        # command.timeout is 0.5 s, and a command that is older than that is not obeyed.
+        assert 0.3e9 < nanoseconds(flight.joints[-1].header.stamp) - nanoseconds(
+            commands[-1].header.stamp) < 1.1e9
         flight.reports.wait_for('commands', 'source', 'none')
     pilot = start('pilot', ros=['-p', f'scenario:={pull}'])
     probe.spin_until(lambda: flight.elevator() == pulled, 'the pilot to pull again')
@@ -316,18 +350,20 @@ def test_a_pilot_killed_1_or_2_times_leaves_trim_behind_and_is_obeyed_when_he_re
 
 
 def test_a_simulator_stopped_for_2_s_goes_on_where_it_was_and_says_what_was_lost(flight, probe):
-    lost = flight.reports.number('pace', 'lost_time_s')
+    began, lost = time.monotonic(), flight.reports.number('pace', 'lost_time_s')
     flight.process.send(signal.SIGSTOP)
     end = time.monotonic() + 2.0
     probe.spin_until(lambda: time.monotonic() > end, '2 s')
-    stopped = flight.time_ns()
+    stopped, continued = flight.time_ns(), time.monotonic()
     flight.process.send(signal.SIGCONT)
     probe.spin_until(
         lambda: flight.reports.number('pace', 'lost_time_s') > lost + 1.5, 'a report of the loss')
     assert flight.reports.number('pace', 'lost_wall_time_s') == pytest.approx(
         flight.reports.number('pace', 'lost_time_s'), abs=0.05)   # at a factor of 1
-    assert flight.reports.number('pace', 'lost_time_s') < lost + 2.5
-    assert flight.time_ns() - stopped < 1_000_000_000   # no leap
+    ended = time.monotonic()
+    # What was flown before, and not yet reported as lost, is less than half a second.
+    assert flight.reports.number('pace', 'lost_time_s') < lost + ended - began + 0.5
+    assert 1e-9 * (flight.time_ns() - stopped) < ended - continued + 1.0   # no leap
     flight.require_order()
 
 
@@ -409,7 +445,7 @@ def test_1_state_in_which_it_diverges_pauses_it_and_a_reset_flies_on(flight, pro
     refused = probe.call(SetBool, 'pause', data=False)
     assert not refused.success and 'call reset first' in refused.message
     assert probe.call(Trigger, 'reset').success
-    flight.reports.heard.clear()
+    probe.spin_until(lambda: flight.reports.level('flight') == 0, 'a report of the new flight')
     flight.require_order(anew=True)
 
 
@@ -420,7 +456,8 @@ def test_1_call_for_1_000_000_steps_is_left_when_a_signal_comes(flight, probe):
     probe.spin_until(step.service_is_ready, 'the service')
     begun = flight.time_ns()
     step.call_async(Trigger.Request())
-    probe.spin_until(lambda: flight.time_ns() > begun, 'the steps to begin')
+    # By more than may still be on its way from before the pause.
+    probe.spin_until(lambda: flight.time_ns() > begun + 200_000_000, 'the steps to begin')
     flight.process.send(signal.SIGTERM)
     assert flight.process.ended() == 0
     assert 'Traceback' not in flight.process.says()
@@ -481,7 +518,7 @@ def test_1_process_that_floods_it_with_huge_commands_stops_neither_time_nor_serv
                          and flight.time_ns() > begun + 100_000_000, 'time', 10.0)
         begun = time.monotonic()
         assert probe.call(SetBool, 'pause', data=False).success
-        assert time.monotonic() - begun < 5.0
+        assert time.monotonic() - begun < 20.0   # discovery may take some seconds of it
     flooder.kill()
     flight.require_order()
 

@@ -16,7 +16,7 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 from browsers import SCREENS, Tab, chromium
-from processes import Probe, Reports, nanoseconds, starter
+from processes import LIMIT, Probe, Reports, nanoseconds, starter
 from scripted_page import Scripted
 from watching import SCRIPT, Page, address
 
@@ -185,10 +185,17 @@ def pages():
 
 
 def seen(page):
-    """Return the state that a page was sent last."""
+    """Return the state that a page was sent last, once there is something of everything."""
     return page.until(lambda parts: {'moving', 'stick', 'setup'} <= parts.keys()
                       and parts['setup']['limits'] and parts['setup']['strips']
-                      and parts.get('state'), 'the state')
+                      and {'controls', 'targets', 'cl'} <= parts.get('state', {}).keys()
+                      and parts['state'], 'the state')
+
+
+def hold(page, values):
+    """Hold the controls where they are; a page that is kept silent for 2 s has to take them."""
+    page.catch_up()
+    page.send({'fly' if page.parts['stick']['mine'] else 'take': values})
 
 
 def test_the_aircraft_whose_limits_the_sliders_have_is_read_before_anything_is_served(capsys):
@@ -259,28 +266,34 @@ def test_pages_show_what_the_topics_say(flight, pages):
         *((f'air_data/{name}', Float64) for name in ('airspeed', 'alpha', 'load_factor')))}
     assert page.connect() == 101
     probe.spin_until(lambda: all(heard.values()), 'all topics')
+
+    def told():
+        """Return what the topics said last."""
+        last = {name: found[-1] for name, found in heard.items()}
+        place = last['odom'].pose.pose.position
+        return {'time': 1e-9 * nanoseconds(last['odom'].header.stamp),
+                'place': [place.x, place.y, place.z],
+                **{name: last[f'air_data/{name}'].data
+                   for name in ('airspeed', 'alpha', 'load_factor')},
+                **{part: dict(zip(last[name].name, last[name].position)) for part, name in (
+                    ('controls', 'joint_states'), ('targets', 'joint_targets'))},
+                'cl': list(last['strip_cl'].data), 'stalled': list(last['strip_stalled'].data)}
+
+    def agreed():
+        page.catch_up()   # here and there, the state at rest comes a part after the other
+        return told().items() <= page.parts['state'].items()
     probe.call(SetBool, 'pause', data=True)
-    page.until(lambda parts: parts.get('link', {}).get('text') == 'paused', 'the pause')
-    probe.spin_until(lambda: 1e-9 * nanoseconds(heard['odom'][-1].header.stamp)
-                     == seen(page)['time'], 'the last state')
-    end = time.monotonic() + 0.3   # all of the state at rest has come after that, as it was
-    probe.spin_until(lambda: time.monotonic() > end)
-    page.until(lambda parts: parts['state']['cl'] == list(heard['strip_cl'][-1].data))
-    state, last = page.parts['state'], {name: found[-1] for name, found in heard.items()}
-    place = last['odom'].pose.pose.position
-    assert state['place'] == [place.x, place.y, place.z]
-    for name in ('airspeed', 'alpha', 'load_factor'):
-        assert state[name] == last[f'air_data/{name}'].data
-    for part, name in (('controls', 'joint_states'), ('targets', 'joint_targets')):
-        assert state[part] == dict(zip(last[name].name, last[name].position))
-    assert state['stalled'] == list(last['strip_stalled'].data)
-    setup = page.parts['setup']
+    try:
+        page.until(lambda parts: parts.get('link', {}).get('text') == 'paused', 'the pause')
+        seen(page)
+        probe.spin_until(agreed, 'the page to say what the topics say')
+    finally:
+        probe.call(SetBool, 'pause', data=False)   # else the tests that follow wait in vain
+    before, setup = page.parts['state']['time'], page.parts['setup']
     assert setup['aircraft'] == 'trainer'
     assert [group['name'] for group in setup['strips']['groups']] == ['wing', 'tail', 'fin']
     strips = np.array(page.parts['shape']['strips']).reshape(-1, 3)
     assert np.ptp(strips[:, 1]) == pytest.approx(3.2, abs=1e-3)   # the trainer's span
-    probe.call(SetBool, 'pause', data=False)
-    before = state['time']
     page.until(lambda parts: parts['state']['time'] > before + 0.2, 'the flight going on')
     page.until(lambda parts: 'real_time_factor_now' in parts.get('report', {}).get(
         'pace', {'values': {}})['values'], 'the diagnostics')
@@ -305,7 +318,7 @@ def test_a_page_outlives_what_rclpy_stumbles_over_and_who_poses_as_a_simulator(f
 
     def believed():
         liar.publish(said)
-        page.hear()
+        page.catch_up()
         return page.parts['report'].get('flight', {}).get('text') == 'a lie'
     probe.spin_until(believed, 'the lie')
     end = time.monotonic() + 0.5   # it asks the liar for parameters that he does not have
@@ -320,6 +333,7 @@ def test_the_page_with_the_key_flies_until_it_is_closed(flight, pages):
     from sensor_msgs.msg import JointState
     probe, page = flight[2], pages(flight[0])
     joints, reports = probe.collect(JointState, 'joint_states'), Reports(probe)
+    probe.spin_until(lambda: joints and reports.heard, 'the flight')
     assert page.connect() == 101
     targets = seen(page)['targets']
     assert page.parts['setup']['limits'].keys() == targets.keys()
@@ -327,19 +341,26 @@ def test_the_page_with_the_key_flies_until_it_is_closed(flight, pages):
     def elevator():
         return dict(zip(joints[-1].name, joints[-1].position))['elevator']
 
-    def flown(order):
-        page.send(order)
-        return joints and elevator() == pytest.approx(targets['elevator'] - 0.03, abs=1e-4)
-
     moved = targets | {'elevator': targets['elevator'] - 0.03}
+
+    def flown(done):
+        hold(page, moved)
+        return done()
+
     page.send({'take': targets})
-    probe.spin_until(lambda: flown({'fly': moved}), 'the elevator')
-    reports.wait_for('commands', 'source', 'pilot')
     page.until(lambda parts: parts['stick']['mine'], 'the controls')
+    probe.spin_until(lambda: flown(
+        lambda: elevator() == pytest.approx(moved['elevator'], abs=1e-4)), 'the elevator')
+    probe.spin_until(lambda: flown(
+        lambda: reports.value('commands', 'source') == 'pilot'), 'the pilot in diagnostics')
     other = pages(flight[0])
     other.connect()
-    other.until(lambda parts: parts.get('stick') == {
-        'kind': 'stick', 'may': True, 'mine': False, 'taken': True}, 'that they are taken')
+
+    def taken():
+        other.catch_up()
+        return other.parts.get('stick') == {
+            'kind': 'stick', 'may': True, 'mine': False, 'taken': True}
+    probe.spin_until(lambda: flown(taken), 'that they are taken')
     page.close()
     reports.wait_for('commands', 'source', 'none')
     other.until(lambda parts: not parts['stick']['taken'], 'that they are free')
@@ -367,6 +388,40 @@ def test_without_control_or_without_the_key_no_page_flies(flight, pages):
         assert not heard and 'answer' not in page.parts
         assert reports.value('flight', 'paused') == 'false'
     assert probe.call(Trigger, 'reset').success   # the services that it kept from are there
+
+
+@marked
+def test_a_simulator_whose_answer_gets_lost_is_asked_again(probe):
+    """A server drops an answer to somebody whom it has not discovered yet."""
+    import rclpy
+    from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+    from nav_msgs.msg import Odometry
+    from rcl_interfaces.srv import GetParameters
+
+    from poststall_sim.ros.watch import WatchNode
+    # Nobody spins it: what it is asked is taken here, and not answered.
+    silent = rclpy.create_node('silent', context=probe.context, start_parameter_services=False)
+    watch = WatchNode('', None, context=probe.context)
+    try:
+        service = silent.create_service(
+            GetParameters, '/silent/get_parameters', lambda asked, answer: answer)
+        silent.create_publisher(Odometry, 'odom', 1)
+        reports = probe.node.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        said = DiagnosticArray(status=[DiagnosticStatus(
+            name='silent: flight', hardware_id='trainer')])
+        probe.executor.add_node(watch)
+
+        def asked():
+            reports.publish(said)
+            with service.handle:
+                found = service.handle.service_take_request(GetParameters.Request)
+            return found is not None and found[0] is not None
+        for _ in range(2):
+            probe.spin_until(asked, 'a question')
+    finally:
+        probe.executor.remove_node(watch)
+        watch.destroy_node()
+        silent.destroy_node()
 
 
 @marked
@@ -442,7 +497,7 @@ def test_it_waits_for_a_simulator_misses_it_and_ends_at_a_signal(start, probe, p
     says('a simulator is there')
     probe.node.destroy_publisher(publisher)
     says('waiting')
-    assert second.ended() == 2
+    assert second.ended(LIMIT) == 2
     assert second.says() == (f'poststall: port {port} is in use: choose another with --port, '
                              'or 0 for any that is free\n')
     assert json.loads(said.read_text()) == {

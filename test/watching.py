@@ -4,7 +4,10 @@
 
 import asyncio
 import json
+import queue
+import re
 import sys
+import threading
 import time
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -15,26 +18,35 @@ SCRIPT = Path(__file__)
 
 
 class Page:
-    """A connection as the page's script makes it; its parts as they were last sent."""
+    """
+    A connection as the page's script makes it; its parts as they were last sent.
+
+    It lives in a thread of its own: the server lets go of who does not answer its pings, as a
+    test does not while it waits for something else.
+    """
 
     def __init__(self, url, **headers):
         import aiohttp
 
         self._aiohttp = aiohttp
         self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
+        self._thread.start()
         found = urlsplit(url)
         self.address = f'{found.scheme}://{found.netloc}'
         self._headers = {'Origin': self.address, **headers}
         self._session = self._run(self._begin())
         self.key = found.fragment
         self._socket = None
+        self._heard = queue.SimpleQueue()
         self.parts = {}
 
     async def _begin(self):
         return self._aiohttp.ClientSession()
 
     def _run(self, what):
-        return self._loop.run_until_complete(asyncio.wait_for(what, LIMIT))
+        return asyncio.run_coroutine_threadsafe(
+            asyncio.wait_for(what, LIMIT), self._loop).result()
 
     def get(self, path, **headers):
         """Return status, headers and body of a file."""
@@ -51,7 +63,15 @@ class Page:
             self._socket = self._run(self._session.ws_connect(url, headers=self._headers))
         except self._aiohttp.WSServerHandshakeError as error:
             return error.status
+        asyncio.run_coroutine_threadsafe(self._listen(), self._loop)
         return 101
+
+    async def _listen(self):
+        try:
+            while (message := await self._socket.receive()).type is self._aiohttp.WSMsgType.TEXT:
+                self._heard.put(message.data)
+        finally:
+            self._heard.put(None)
 
     def send(self, order):
         """Send an order, or a text or bytes as they are."""
@@ -60,12 +80,18 @@ class Page:
 
     def hear(self):
         """Take the next part; false once the connection has been closed."""
-        message = self._run(self._socket.receive())
-        if message.type is not self._aiohttp.WSMsgType.TEXT:
+        data = self._heard.get(timeout=LIMIT)
+        if data is None:
+            self._heard.put(None)   # so it stays
             return False
-        part = json.loads(message.data)
+        part = json.loads(data)
         self.parts[part['kind']] = part
         return True
+
+    def catch_up(self):
+        """Take the next part, and all others that have come."""
+        while self.hear() and not self._heard.empty():
+            pass
 
     def until(self, done, what='that'):
         """Take parts until ``done`` gives something true of them, and return it."""
@@ -87,13 +113,15 @@ class Page:
         if self._socket is not None:
             self._run(self._socket.close())
         self._run(self._session.close())
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join()
         self._loop.close()
 
 
 def address(process):
     """Return the address of the page that a process of `SCRIPT` says it serves."""
     process.wait_for('Ctrl-C ends it')
-    return process.says().split()[0]
+    return re.search(r'http://\S+', process.says())[0]   # the middleware may have said something
 
 
 if __name__ == '__main__':
