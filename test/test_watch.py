@@ -392,11 +392,14 @@ def test_without_control_or_without_the_key_no_page_flies(flight, pages):
 
 @marked
 def test_a_simulator_whose_answer_gets_lost_is_asked_again(probe):
-    """A server drops an answer to somebody whom it has not discovered yet."""
+    """A server drops an answer to somebody whom it has not discovered yet. Places come later."""
     import rclpy
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
     from nav_msgs.msg import Odometry
+    from rcl_interfaces.msg import ParameterValue
     from rcl_interfaces.srv import GetParameters
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    from std_msgs.msg import Float64MultiArray
 
     from poststall_sim.ros.watch import WatchNode
     # Nobody spins it: what it is asked is taken here, and not answered.
@@ -415,9 +418,22 @@ def test_a_simulator_whose_answer_gets_lost_is_asked_again(probe):
             reports.publish(said)
             with service.handle:
                 found = service.handle.service_take_request(GetParameters.Request)
-            return found is not None and found[0] is not None
+            return found if found[0] is not None else None
         for _ in range(2):
-            probe.spin_until(asked, 'a question')
+            _, header = probe.spin_until(asked, 'a question')
+        service.send_response(GetParameters.Response(values=[
+            ParameterValue(type=4, string_value='trainer'),
+            ParameterValue(type=9, string_array_value=['tail_1', 'wing_1'])]), header)
+
+        def setup():
+            return watch.scene.parts()['setup'][1]
+        probe.spin_until(lambda: setup()['limits'], 'the answer')
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        for name in ('strip_y', 'strip_cl_max'):
+            silent.create_publisher(Float64MultiArray, name, latched).publish(
+                Float64MultiArray(data=[0.1, 0.2]))
+        strips = probe.spin_until(lambda: setup()['strips'], 'the strips')
+        assert [group['name'] for group in strips['groups']] == ['tail', 'wing']
     finally:
         probe.executor.remove_node(watch)
         watch.destroy_node()
