@@ -44,7 +44,15 @@ _EXIT_CODES = ('exit codes: 0 a result; 1 none (no trim, not converged, diverged
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command line and return its exit code."""
-    arguments = parse(sys.argv[1:] if argv is None else argv)
+    try:
+        return _run(sys.argv[1:] if argv is None else argv)
+    except KeyboardInterrupt:
+        terminal.complain('interrupted')
+        return 130
+
+
+def _run(argv: list[str]) -> int:
+    arguments = parse(argv)
     from poststall_sim.aircraft import ConfigError
     from poststall_sim.jobs import NoResultError
     try:
@@ -58,9 +66,6 @@ def main(argv: list[str] | None = None) -> int:
     except BrokenPipeError:   # the reader, `head` perhaps, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except KeyboardInterrupt:
-        terminal.complain('interrupted')
-        return 130
     except (ConfigError, ImportError, OSError) as error:
         terminal.complain(error)
         return 2

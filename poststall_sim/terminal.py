@@ -18,6 +18,17 @@ def complain(what: object) -> None:
     print('poststall: ' + ' '.join(str(what).split()), file=sys.stderr)
 
 
+def warn(what: object) -> None:
+    """Say something in one line in the midst of what is `watched`, not within its bar."""
+    try:
+        from tqdm import tqdm
+    except ImportError:
+        complain(what)
+        return
+    with tqdm.external_write_mode(file=sys.stderr):
+        complain(what)
+
+
 @contextmanager
 def patience(what: str = 'compiling the solver, once: up to a minute') -> Iterator[None]:
     """Say what takes the time if the block takes more than two seconds."""

@@ -16,9 +16,10 @@ import sys
 import time
 import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cache
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any
 
@@ -106,18 +107,36 @@ def cluster(scheduler: str | None, workers: int | None,
         str(folder.resolve()) if folder else '', str(Path(__file__).resolve().parents[2]),
         os.environ.get('PYTHONPATH', '')]))
     import dask
-    with dask.config.set(QUIET), distributed.LocalCluster(
-            n_workers=workers or _cores(), threads_per_worker=1, processes=True,
-            host='127.0.0.1', dashboard_address='127.0.0.1:0', silence_logs=50,
-            env={'PYTHONPATH': path}) as local:
-        with distributed.Client(local, set_as_default=False) as client:
-            client.run(_leave_interrupts)
-            yield client
+    with dask.config.set(QUIET), ExitStack() as open_ones:
+        with _alone_interrupted():
+            local = open_ones.enter_context(distributed.LocalCluster(
+                n_workers=0, threads_per_worker=1, processes=True, host='127.0.0.1',
+                dashboard_address='127.0.0.1:0', silence_logs=50, env={'PYTHONPATH': path}))
+        client = open_ones.enter_context(distributed.Client(local, set_as_default=False))
+        count = workers or _cores()
+        local.scale(count)
+        client.wait_for_workers(count)
+        yield client
 
 
-def _leave_interrupts() -> None:
-    """Leave it to the client what Ctrl-C means, which all processes of a terminal get."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+@contextmanager
+def _alone_interrupted() -> Iterator[None]:
+    """
+    Leave it to this thread what Ctrl-C means, which all processes of a terminal get.
+
+    Threads begun in the block have interrupts blocked, and so have the processes that they begin,
+    from their first instruction on, also those that come in the place of one that died.
+    """
+    if not hasattr(signal, 'pthread_sigmask'):   # Windows
+        yield
+        return
+    # It would be begun with the first worker, and unblocks interrupts in the thread that does it.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _cores() -> int:

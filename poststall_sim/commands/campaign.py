@@ -7,8 +7,8 @@ import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from poststall_sim import atomic_file, terminal
 from poststall_sim import option_values as values
-from poststall_sim import terminal
 from poststall_sim.commands.solver import Command
 
 
@@ -57,11 +57,12 @@ def run(arguments: argparse.Namespace) -> int:
     folder = arguments.output or Path(campaign.name)
     try:
         result = job.run(campaign, folder, watch=_watch, scheduler=arguments.scheduler,
-                         workers=arguments.workers, resume=arguments.resume, told=terminal.say)
-    except (engine.EngineError, OSError) as error:
-        raise OSError(f'{error}; what has come is in {folder}: go on with --resume') from None
+                         workers=arguments.workers, resume=arguments.resume, told=terminal.say,
+                         warned=terminal.warn)
+    except (engine.EngineError, OSError, atomic_file.NotWrittenError) as error:
+        raise OSError(f'{error}; {_left(folder)}') from None
     except KeyboardInterrupt:
-        terminal.complain(f'interrupted; what has come is in {folder}: go on with --resume')
+        terminal.complain(f'interrupted; {_left(folder)}')
         return 130
     terminal.print_rows(f'{campaign.name}: {result["cases"]} cases', [
         *((status, count) for status, count in result['ends'].items()),
@@ -69,6 +70,14 @@ def run(arguments: argparse.Namespace) -> int:
          f'{result["cpu_hours_per_thousand"]:.3g} h a thousand'), ('table', folder)])
     terminal.write_json(arguments.json, result)
     return 0
+
+
+def _left(folder: Path) -> str:
+    """Return what a campaign that did not end has left, and how to go on."""
+    from poststall_sim.campaign import table
+    if table.begun(folder):
+        return f'what has come is in {folder}: go on with --resume'
+    return 'nothing has come: give the same command again'
 
 
 def _watch(items: Iterable, total: int) -> Iterator:
