@@ -112,7 +112,7 @@ def cluster(scheduler: str | None, workers: int | None,
             local = open_ones.enter_context(distributed.LocalCluster(
                 n_workers=0, threads_per_worker=1, processes=True, host='127.0.0.1',
                 dashboard_address='127.0.0.1:0', silence_logs=50, env={'PYTHONPATH': path}))
-        client = open_ones.enter_context(distributed.Client(local, set_as_default=False))
+            client = open_ones.enter_context(distributed.Client(local, set_as_default=False))
         count = workers or _cores()
         local.scale(count)
         client.wait_for_workers(count)
