@@ -11,7 +11,6 @@ import asyncio
 import concurrent.futures
 import faulthandler
 import os
-import signal
 import sys
 import time
 import uuid
@@ -19,13 +18,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cache
-from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any
 
 from poststall_sim import __version__, threads
 from poststall_sim.campaign import case as cases
-from poststall_sim.campaign import compute
+from poststall_sim.campaign import compute, interrupts
 from poststall_sim.campaign.case import Case, Flying, Outcome, Result
 
 TRIES = 2
@@ -108,7 +106,7 @@ def cluster(scheduler: str | None, workers: int | None,
         os.environ.get('PYTHONPATH', '')]))
     import dask
     with dask.config.set(QUIET), ExitStack() as open_ones:
-        with _alone_interrupted():
+        with interrupts.only_here():
             local = open_ones.enter_context(distributed.LocalCluster(
                 n_workers=0, threads_per_worker=1, processes=True, host='127.0.0.1',
                 dashboard_address='127.0.0.1:0', silence_logs=50, env={'PYTHONPATH': path}))
@@ -117,26 +115,6 @@ def cluster(scheduler: str | None, workers: int | None,
         local.scale(count)
         client.wait_for_workers(count)
         yield client
-
-
-@contextmanager
-def _alone_interrupted() -> Iterator[None]:
-    """
-    Leave it to this thread what Ctrl-C means, which all processes of a terminal get.
-
-    Threads begun in the block have interrupts blocked, and so have the processes that they begin,
-    from their first instruction on, also those that come in the place of one that died.
-    """
-    if not hasattr(signal, 'pthread_sigmask'):   # Windows
-        yield
-        return
-    # It would be begun with the first worker, and unblocks interrupts in the thread that does it.
-    resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _cores() -> int:

@@ -14,6 +14,7 @@ from poststall_sim.campaign import (
     compute,
     definition,
     engine,
+    interrupts,
     measures,
     pilots,
     table,
@@ -63,7 +64,8 @@ def run(campaign: Campaign, folder: Path, *, watch: Watch, scheduler: str | None
         left = total - len(store.done)
         if left:
             # Compiled here once, and loaded by the workers, not compiled in each of them.
-            compute.warm(builder.case(0))
+            with interrupts.not_in_the_compiler():
+                compute.warm(builder.case(0))
             with engine.cluster(scheduler, workers,
                                 Path(campaign.where.file).absolute().parent) as client:
                 if scheduler is not None:   # to machines that have not the user's files

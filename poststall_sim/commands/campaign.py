@@ -28,7 +28,8 @@ def add(command: Command) -> argparse.ArgumentParser:
                           help='only check the definition, every case of it')
     where = campaign.add_mutually_exclusive_group()
     where.add_argument('--scheduler', metavar='ADDRESS',
-                       help='of a Dask cluster that is there, tcp://host:8786')
+                       help='of a Dask cluster that is there, tcp://host:8786; where it loses its '
+                       'workers, others are waited for')
     where.add_argument('--workers', type=values.whole_within((1, 1024)), metavar='N',
                        help='processes on this machine (default: one a core)')
     return campaign
