@@ -52,7 +52,11 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _run(argv: list[str]) -> int:
-    arguments = parse(argv)
+    try:
+        arguments = parse(argv)
+    except OSError as error:   # a name that no file can have
+        terminal.complain(error)
+        return 2
     from poststall_sim.aircraft import ConfigError
     from poststall_sim.jobs import NoResultError
     try:

@@ -18,8 +18,16 @@ from typing import Any
 
 import numpy as np
 
-from poststall_sim import envelope, failure_reader, failures, flight_file, topics
+from poststall_sim import (
+    envelope,
+    failure_reader,
+    failures,
+    flight_file,
+    surface_order,
+    topics,
+)
 from poststall_sim import polar as polars
+from poststall_sim.aero.lattice import Lattice
 from poststall_sim.aero.model import Model
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import Aircraft, ConfigError
@@ -161,8 +169,7 @@ class FlightLog:
 
     def __init__(self, flight: Flight) -> None:
         self._model = flight.model
-        areas = [model_area(flight.model, grid.strips) for grid in flight.model.lattice.grids]
-        self._wing = flight.model.lattice.grids[int(np.argmax(areas))].strips
+        self._wing = _wing(flight.model.lattice)
         self._schedule = topics.Schedule({})
         self._tally = topics.SolverTally()
         self._begin = time.perf_counter()
@@ -244,10 +251,10 @@ class FlightLog:
             'ended_early': flight.paused_reason}
 
 
-def model_area(model: Model, strips: slice) -> float:
-    """Return the area of a run of strips [m^2]."""
-    lattice = model.lattice
-    return float(np.sum(lattice.strip_chord[strips] * lattice.strip_width[strips]))
+def _wing(lattice: Lattice) -> slice:
+    """Return where the wing's strips stand."""
+    runs = [grid.strips for grid in lattice.grids]
+    return runs[surface_order.by_span(runs, lattice.quarter_chord[:, 1])[0]]
 
 
 def fitted(aircraft: Aircraft, scenario: Scenario) -> Scenario:

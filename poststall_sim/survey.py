@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from poststall_sim import envelope, polar
+from poststall_sim import envelope, polar, surface_order
 from poststall_sim.aero import polars
 from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import Aircraft, Surface, usual_radii
@@ -143,7 +143,7 @@ def survey(model: Model) -> Survey:
             float(value) for value in 0.5 * (high - low) * slope[1:])
     margin = float(-pitch / lift)
     return Survey(
-        _planforms(aircraft), aircraft.mass.cg_G[0] + margin * aircraft.reference.chord, margin,
+        _planforms(model), aircraft.mass.cg_G[0] + margin * aircraft.reference.chord, margin,
         aircraft.reference.chord, float(lift), float(rolling), authority)
 
 
@@ -154,16 +154,24 @@ def backwards(figures: Survey) -> tuple[str, ...]:
                  and sign * figures.authority[name][axis] < -NO_AUTHORITY)
 
 
-def _planforms(aircraft: Aircraft) -> tuple[Planform, ...]:
+def _wing(model: Model) -> Surface:
+    runs = [grid.strips for grid in model.lattice.grids]
+    first = surface_order.by_span(runs, model.lattice.quarter_chord[:, 1])[0]
+    return model.aircraft.surfaces[first]
+
+
+def _planforms(model: Model) -> tuple[Planform, ...]:
     """
-    Return the planforms, the largest first, with the volumes of the others.
+    Return the planforms, the wing's first, then the largest, with the volumes of the others.
 
     About the wing's quarter chord, Raymer's arm, which is the same wherever the centre of gravity
     stands.
     """
-    found = sorted((planform(surface) for surface in aircraft.surfaces), key=lambda p: -p.area)
-    wing, result = found[0], found[:1]
-    for each in found[1:]:
+    first = _wing(model)
+    wing = planform(first)
+    others = (planform(surface) for surface in model.aircraft.surfaces if surface is not first)
+    result = [wing]
+    for each in sorted(others, key=lambda p: -p.area):
         arm = each.quarter_x - wing.quarter_x
         length = wing.span if each.upright else wing.mean_chord
         result.append(replace(each, volume=each.area * arm / (wing.area * length)))
@@ -332,8 +340,7 @@ def _sections(model: Model) -> Iterator[Finding]:
 
 def _reynolds(model: Model) -> Iterator[Finding]:
     """Compare the section tables with the flow in level flight at the stall."""
-    lattice, aircraft = model.lattice, model.aircraft
-    wing = max(aircraft.surfaces, key=lambda surface: planform(surface).area)
+    lattice, aircraft, wing = model.lattice, model.aircraft, _wing(model)
     flown = {section.airfoil for section in wing.sections}
     curves = [polars.section_polar(airfoil) for airfoil in aircraft.airfoils
               if airfoil.name in flown and not airfoil.deflection]

@@ -23,7 +23,7 @@ pytest.importorskip('pyarrow', reason='pyarrow is not installed: see extra campa
 pytest.importorskip('xarray', reason='xarray is not installed: see extra campaign')
 pytest.importorskip('zarr', reason='zarr is not installed: see extra campaign')
 
-from poststall_sim.campaign import absence, cases, engine, interrupts, job, table
+from poststall_sim.campaign import absence, cases, compute, engine, interrupts, job, table
 from poststall_sim.campaign import definition as files
 
 HISTORIES = campaigns.BRIEF + 'keep: {history_every_s: 0.02}\n'
@@ -184,11 +184,15 @@ def test_a_full_disk_is_one_line_that_says_how_to_go_on(tmp_path, capsys, monkey
     def full(*_, **given):
         raise OSError(errno.ENOSPC, 'No space left on device')
 
-    monkeypatch.setattr(job, 'run', full)
+    monkeypatch.setattr(compute, 'warm', full)
     path, out = campaigns.written(tmp_path / 'given'), str(tmp_path / 'out')
     assert cli.main(['campaign', str(path), '--output', out]) == 2
     said = capsys.readouterr().err
     assert f'No space left on device; what has come is in {out}: go on with --resume' in said
+    monkeypatch.setattr(Path, 'mkdir', full)
+    assert cli.main(['campaign', str(path), '--output', str(tmp_path / 'other')]) == 2
+    said = capsys.readouterr().err
+    assert 'No space left on device; nothing has come: give the same command again' in said
 
 
 def test_a_folder_whose_rows_all_failed_has_nothing_to_draw_and_says_so(tmp_path, capsys):
