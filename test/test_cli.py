@@ -145,6 +145,7 @@ def test_json_and_plot_without_a_file(tmp_path):
     (['polar', '--plot', 'config'], "expected a file, 'config' is a folder"),
     (['trim', '--plot', 'no_such_folder/x.png'], 'there is no folder no_such_folder'),
     (['fly', '--json', 'config'], "expected a file, 'config' is a folder"),
+    (['fly', '--csv', 300 * 'x'], 'File name too long'),
     (['fly', '--csv', '-'], 'expected a file: - is for --json'),
     (['fly', '--save', '/dev/null'], "expected a file, '/dev/null' is none"),
     (['fly', '--resume', 'x', '--wind', '0,0,1'], '--wind has no effect with --resume'),
