@@ -32,6 +32,8 @@ GRACE = 120.0
 """Wall time [s] beyond five times its processor time in which a case must come back."""
 WAIT = 30.0
 """How long a cluster may be without a worker when a campaign begins [s]."""
+BEGIN = 300.0
+"""How long workers on this machine, all at a time, may take to begin [s]."""
 LOOK = 2.0
 """How often the size of the cluster is looked at [s]."""
 QUIET = {'distributed.worker.profile.enabled': False,
@@ -113,7 +115,11 @@ def cluster(scheduler: str | None, workers: int | None,
             client = open_ones.enter_context(distributed.Client(local, set_as_default=False))
         count = workers or _cores()
         local.scale(count)
-        client.wait_for_workers(count)
+        try:
+            client.wait_for_workers(count, timeout=BEGIN)
+        except TimeoutError:
+            raise EngineError(f'of {count} workers on this machine {len(client.nthreads())} have '
+                              f'begun in {BEGIN:g} s') from None
         yield client
 
 
