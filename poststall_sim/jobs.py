@@ -18,16 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from poststall_sim import (
-    envelope,
-    failure_reader,
-    failures,
-    flight_file,
-    surface_order,
-    topics,
-)
+from poststall_sim import envelope, failure_reader, failures, flight_file, survey, topics
 from poststall_sim import polar as polars
-from poststall_sim.aero.lattice import Lattice
 from poststall_sim.aero.model import Model
 from poststall_sim.aero.solver import AeroResult
 from poststall_sim.aircraft import Aircraft, ConfigError
@@ -169,7 +161,7 @@ class FlightLog:
 
     def __init__(self, flight: Flight) -> None:
         self._model = flight.model
-        self._wing = _wing(flight.model.lattice)
+        self._wing = flight.model.lattice.grids[survey.wing_of(flight.model)].strips
         self._schedule = topics.Schedule({})
         self._tally = topics.SolverTally()
         self._begin = time.perf_counter()
@@ -249,12 +241,6 @@ class FlightLog:
             'outside_the_method': [{'quantity': name, **noted}
                                    for name, noted in self._outside.items()],
             'ended_early': flight.paused_reason}
-
-
-def _wing(lattice: Lattice) -> slice:
-    """Return where the wing's strips stand."""
-    runs = [grid.strips for grid in lattice.grids]
-    return runs[surface_order.by_span(runs, lattice.quarter_chord[:, 1])[0]]
 
 
 def fitted(aircraft: Aircraft, scenario: Scenario) -> Scenario:

@@ -154,10 +154,10 @@ def backwards(figures: Survey) -> tuple[str, ...]:
                  and sign * figures.authority[name][axis] < -NO_AUTHORITY)
 
 
-def _wing(model: Model) -> Surface:
+def wing_of(model: Model) -> int:
+    """Return which of a model's surfaces is the wing."""
     runs = [grid.strips for grid in model.lattice.grids]
-    first = surface_order.by_span(runs, model.lattice.quarter_chord[:, 1])[0]
-    return model.aircraft.surfaces[first]
+    return surface_order.by_span(runs, model.lattice.quarter_chord[:, 1])[0]
 
 
 def _planforms(model: Model) -> tuple[Planform, ...]:
@@ -167,14 +167,13 @@ def _planforms(model: Model) -> tuple[Planform, ...]:
     About the wing's quarter chord, Raymer's arm, which is the same wherever the centre of gravity
     stands.
     """
-    first = _wing(model)
-    wing = planform(first)
-    others = (planform(surface) for surface in model.aircraft.surfaces if surface is not first)
-    result = [wing]
+    others = [planform(surface) for surface in model.aircraft.surfaces]
+    first = others.pop(wing_of(model))
+    result = [first]
     for each in sorted(others, key=lambda p: -p.area):
-        arm = each.quarter_x - wing.quarter_x
-        length = wing.span if each.upright else wing.mean_chord
-        result.append(replace(each, volume=each.area * arm / (wing.area * length)))
+        arm = each.quarter_x - first.quarter_x
+        length = first.span if each.upright else first.mean_chord
+        result.append(replace(each, volume=each.area * arm / (first.area * length)))
     return tuple(result)
 
 
@@ -340,14 +339,15 @@ def _sections(model: Model) -> Iterator[Finding]:
 
 def _reynolds(model: Model) -> Iterator[Finding]:
     """Compare the section tables with the flow in level flight at the stall."""
-    lattice, aircraft, wing = model.lattice, model.aircraft, _wing(model)
-    flown = {section.airfoil for section in wing.sections}
+    lattice, aircraft = model.lattice, model.aircraft
+    of_wing = aircraft.surfaces[wing_of(model)]
+    flown = {section.airfoil for section in of_wing.sections}
     curves = [polars.section_polar(airfoil) for airfoil in aircraft.airfoils
               if airfoil.name in flown and not airfoil.deflection]
     greatest = max(float(curve.at(np.array([curve.stall_high]))[0, 0]) for curve in curves)
     air = standard_air(0.0)
     slow = math.sqrt(2.0 * aircraft.mass.mass * GRAVITY
-                     / (air.density * planform(wing).area * greatest))
+                     / (air.density * planform(of_wing).area * greatest))
     for excess in envelope.reynolds(slow, air, lattice):
         yield Finding('sections', f'at {slow:.3g} m/s, the stall in level flight: {excess.text}',
                       'give them tables of about that Reynolds number')
