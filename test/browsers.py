@@ -29,9 +29,13 @@ def chromium():
 
 
 class Tab:
-    """A page in a window of a size; at the end it asked only its own address and erred nowhere."""
+    """
+    A page in a window of a size; at the end it asked only its own address and erred nowhere.
 
-    def __init__(self, browser, url, size):
+    ends : its server does, and that it does not answer then is no error.
+    """
+
+    def __init__(self, browser, url, size, *, ends=False):
         width, height = size
         self._context = browser.new_context(
             viewport={'width': width, 'height': height}, is_mobile=width < 700,
@@ -42,7 +46,8 @@ class Tab:
         self.page.on('request', lambda request: self._asked.append(request.url))
         self.page.on('pageerror', lambda error: self._wrong.append(str(error)))
         self.page.on('console', lambda said: self._wrong.append(said.text)
-                     if said.type == 'error' else None)
+                     if said.type == 'error' and not (
+                         ends and 'ERR_CONNECTION_REFUSED' in said.text) else None)
         self.page.goto(url)
 
     def __enter__(self):
