@@ -5,6 +5,7 @@
 import io
 import shutil
 import time
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -14,18 +15,26 @@ CHROMIUM = next(filter(None, map(shutil.which, (
 SCREENS = [(1280, 800), (390, 844)]
 
 
-def chromium():
-    """Yield a browser; skip where there is none."""
-    playwright = pytest.importorskip('playwright.sync_api', reason='needs playwright')
-    if CHROMIUM is None:
-        pytest.skip('no Chromium is installed')
-    with playwright.sync_playwright() as driver:
+@contextmanager
+def launched():
+    """Give a browser, until the block ends."""
+    from playwright.sync_api import sync_playwright
+    with sync_playwright() as driver:
         # No graphics hardware: WebGL is drawn by the processor.
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=[
             '--no-sandbox', '--disable-gpu', '--enable-unsafe-swiftshader',
             '--disable-background-networking'])
         yield browser
         browser.close()
+
+
+def chromium():
+    """Yield a browser; skip where there is none."""
+    pytest.importorskip('playwright.sync_api', reason='needs playwright')
+    if CHROMIUM is None:
+        pytest.skip('no Chromium is installed')
+    with launched() as browser:
+        yield browser
 
 
 class Tab:
