@@ -14,12 +14,13 @@ import numpy as np
 
 from poststall_sim.actuators import IDEAL, Actuator
 from poststall_sim.aircraft import Aircraft, Airfoil, Surface
+from poststall_sim.control_reader import SIDES
 from poststall_sim.controls import Control
 from poststall_sim.engine_reader import HOUR, ROTATIONS, RPM
 from poststall_sim.engines import ElectricMotor, Engine, LinearThrust, Propeller
 from poststall_sim.nonlifting import NonliftingBody
 
-_SIDES = {0: 'both', 1: 'right', -1: 'left'}
+_SIDES = {side: word for word, side in SIDES.items()}
 
 
 def text(aircraft: Aircraft, files: Sequence[str], *, remarks: tuple[str, ...] = ()) -> str:

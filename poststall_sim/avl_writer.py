@@ -164,7 +164,7 @@ def _moved(control: Control, surface: Surface,
     gain = {side: np.zeros_like(points) for side in (1, -1)}
     hinge, axis = np.zeros_like(points), np.zeros((len(points), 3))
     first, last = (np.array(s.leading_edge_G) for s in (surface.sections[0],
-                                                         surface.sections[-1]))
+                                                        surface.sections[-1]))
     normal = np.cross([1.0, 0.0, 0.0], last - first)
     same = control_sign(normal)
     mirror = same * control_sign(normal * [1.0, -1.0, 1.0])

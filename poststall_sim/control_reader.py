@@ -10,7 +10,7 @@ from poststall_sim.aircraft import Surface
 from poststall_sim.controls import Control, Effector
 from poststall_sim.reader import Reader
 
-_SIDES = {'both': 0, 'right': 1, 'left': -1}
+SIDES = {'both': 0, 'right': 1, 'left': -1}
 
 
 def control(read: Reader, name: str, surfaces: tuple[Surface, ...]) -> Control:
@@ -44,7 +44,7 @@ def _stops(read: Reader) -> tuple[float, float]:
 
 def _effector(read: Reader, surfaces: Mapping[str, Surface]) -> Effector:
     surface = read.choice('surface', surfaces)
-    side = read.choice('side', _SIDES, default='both')
+    side = read.choice('side', SIDES, default='both')
     if side and not surface.symmetric:
         raise read.where.key('side').error(f'must be both, for surface {surface.name} is not '
                                            f'symmetric, got {"right" if side > 0 else "left"}')

@@ -85,6 +85,7 @@ def steady(model: Model, task: Task, *, altitude: float, start: Trim | None = No
     Raises `ConfigError` for a task with too many or too few unknowns.
     """
     aircraft = model.aircraft
+    aircraft.require_engines(task.failed)
     parts = failures.of_parts(aircraft, task.failures)
     dead = failures.dead(aircraft, parts)
     task = _without(task, dead)

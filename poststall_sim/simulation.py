@@ -248,6 +248,23 @@ def automatic_dt_ns(model: Model, airspeed: float) -> int:
     return max(1, math.floor(1e3 * panel / airspeed + 1e-9)) * 1_000_000
 
 
+def trimmed(model: Model, trim: trims.Trim, *, altitude: float,
+            failed: frozenset[str] = ALL_WORK,
+            broken: Mapping[str, Failure] = MappingProxyType({})) -> Flight:
+    """
+    Return a flight that begins in a steady flight, with the wake of its turn if that has it.
+
+    altitude [m]; failed : engines, broken : parts that did not work when it was found.
+    """
+    body = BodyState(np.array([0.0, 0.0, -altitude]), trim.velocity_B, trim.rates_B, trim.q_NB)
+    flight = Flight(model, body, trim.controls, dt_ns=automatic_dt_ns(model, trim.airspeed),
+                    delta0=trim.aero.strips.delta, failed=failed, turning=trim.turning)
+    if broken:
+        flight.failures = broken
+        flight.reset(time_ns=0)
+    return flight
+
+
 def start(aircraft: Aircraft, settings: Settings = DEFAULTS, *, airspeed: float,
           altitude: float, atmosphere: Atmosphere = STANDARD, weather: Weather = CALM,
           dt: float | None = None, failed: frozenset[str] = ALL_WORK,

@@ -319,6 +319,7 @@ def straight(model: Model, *, airspeed: float, altitude: float, climb_angle: flo
     where there are several; failed : names of engines that do not work.
     """
     _elevator(model)
+    model.aircraft.require_engines(failed)
     search = _Search(model, model.atmosphere.at(altitude), failed, None)
     trial = search.trial(airspeed, alpha0, climb_angle)
     third = {'throttle': first_throttle(model, airspeed, search.air.density, failed)} \

@@ -3,7 +3,7 @@
 """
 Steady flights as plain results: along airspeed or angle of attack, and all that there are.
 
-What is returned is what ``--json`` writes; see `jobs`.
+Each comes as it was found and as what ``--json`` writes; see `jobs`.
 """
 
 import math
@@ -19,9 +19,11 @@ from poststall_sim.aero.model import Model
 from poststall_sim.frames import GRAVITY
 from poststall_sim.jobs import Result
 from poststall_sim.manoeuvre import Task
+from poststall_sim.stability import flight
 from poststall_sim.state import Status
 from poststall_sim.trim import Trim
 
+Found = tuple[Trim, Result]
 SEARCHED = np.radians(np.arange(-8.0, 61.0, 2.0))
 """Angles of attack along which the branches of trims are followed [rad]."""
 
@@ -34,7 +36,7 @@ def explained(message: str) -> str:
 
 def straight_trims(model: Model, airspeeds: Sequence[float], *, altitude: float,
                    climb_angle: float, failed: frozenset[str] = trims.ALL_WORK,
-                   ) -> Iterator[Result]:
+                   ) -> Iterator[Found]:
     """
     Yield the trim at each airspeed [m/s], each searched from the angle of the one before.
 
@@ -50,7 +52,7 @@ def straight_trims(model: Model, airspeeds: Sequence[float], *, altitude: float,
         else:
             found = _nearest(model, found, climb_angle, altitude, failed)
         row = trim_result(model, found, _kind(model, failed), altitude)
-        yield {**row, 'message': explained(row['message'])}
+        yield found, {**row, 'message': explained(row['message'])}
 
 
 def _nearest(model: Model, missed: Trim, climb_angle: float, altitude: float,
@@ -70,21 +72,14 @@ def _kind(model: Model, failed: frozenset[str] = trims.ALL_WORK) -> str:
 
 
 def along_alpha(model: Model, alphas: Sequence[float], *, altitude: float,
-                climb_angle: float | None = None) -> Iterator[Result]:
+                climb_angle: float | None = None) -> Iterator[Found]:
     """Yield the glide at each alpha [rad], or the flight along a climb angle."""
-    delta0 = None
-    for alpha in alphas:
-        if climb_angle is None:
-            found = trims.glide(model, alpha=alpha, altitude=altitude, delta0=delta0)
-        else:
-            found = trims.powered(model, alpha=alpha, altitude=altitude, delta0=delta0,
-                                  climb_angle=climb_angle)
-        if found.status is Status.CONVERGED:
-            delta0 = found.aero.strips.delta
-        yield trim_result(model, found, 'glide' if climb_angle is None else 'at alpha', altitude)
+    for found in flight.trims_along(model, alphas, altitude=altitude, climb_angle=climb_angle):
+        kind = 'glide' if climb_angle is None else 'at alpha'
+        yield found, trim_result(model, found, kind, altitude)
 
 
-def manoeuvres(model: Model, tasks: Iterable[Task], *, altitude: float) -> Iterator[Result]:
+def manoeuvres(model: Model, tasks: Iterable[Task], *, altitude: float) -> Iterator[Found]:
     """Yield the steady flight of each task, each searched from the one before."""
     before = None
     for task in tasks:
@@ -95,10 +90,11 @@ def manoeuvres(model: Model, tasks: Iterable[Task], *, altitude: float) -> Itera
         row = trim_result(model, found, 'steady', altitude)
         parts = failures.of_parts(model.aircraft, task.failures)
         dead = failures.dead(model.aircraft, parts)
-        yield {**row, 'message': row['message'] + _advice(task, found, dead),
-               'failed': failure_reader.words(task.failures),
-               'failed_parts': {f'{part.name}_deg': math.degrees(angle) for part, gone, angle in
-                                zip(model.aircraft.movables, parts, found.angles) if gone}}
+        yield found, {
+            **row, 'message': row['message'] + _advice(task, found, dead),
+            'failed': failure_reader.words(task.failures),
+            'failed_parts': {f'{part.name}_deg': math.degrees(angle) for part, gone, angle in
+                             zip(model.aircraft.movables, parts, found.angles) if gone}}
 
 
 def _advice(task: Task, missed: Trim, dead: Sequence[str]) -> str:
@@ -117,11 +113,11 @@ def pulling(task: Task, load_factor: float) -> Task:
 
 
 def all_trims(model: Model, airspeed: float, *, altitude: float, climb_angle: float,
-              told: Callable[[], None]) -> Iterator[Result]:
+              told: Callable[[], None]) -> Iterator[Found]:
     """Yield all straight trims at an airspeed [m/s]; see `manoeuvre.branches`."""
     for found in manoeuvre.branches(model, airspeed=airspeed, altitude=altitude, alphas=SEARCHED,
                                     climb_angle=climb_angle, told=told):
-        yield trim_result(model, found, _kind(model), altitude)
+        yield found, trim_result(model, found, _kind(model), altitude)
 
 
 def trim_result(model: Model, found: Trim, kind: str, altitude: float) -> Result:

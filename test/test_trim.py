@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import wings
 
-from poststall_sim import definition, trim
+from poststall_sim import definition, manoeuvre, trim
 from poststall_sim.aero import model as models
 from poststall_sim.aero import solver
 from poststall_sim.aero.model import Settings
@@ -201,6 +201,15 @@ def test_without_an_elevator_there_is_no_trim(model):
     without = models.build(dataclasses.replace(model.aircraft, controls=controls))
     with pytest.raises(ConfigError, match=r"named elevator, there are \['aileron', 'rudder'\]"):
         trim.glide(without, alpha=0.1, altitude=ALTITUDE)
+
+
+@pytest.mark.parametrize('search', [
+    lambda model, failed: trim.straight(model, airspeed=12.0, altitude=0.0, failed=failed),
+    lambda model, failed: manoeuvre.steady(
+        model, manoeuvre.Task(airspeed=12.0, failed=failed), altitude=0.0)])
+def test_an_engine_that_is_not_there_cannot_fail(model, search):
+    with pytest.raises(ConfigError, match="has no engine named 'engine_2'"):
+        search(model, frozenset({'engine_2'}))
 
 
 def test_without_an_engine_the_aircraft_glides_at_the_airspeed_asked_for(model):

@@ -241,7 +241,33 @@ def test_command_line_says_whose_wake_it_was(tmp_path, capsys):
 def test_a_turn_with_a_jammed_aileron_is_trimmed_with_it(few):
     failed = {'aileron_right': Failure(Kind.STUCK, math.radians(5.0))}
     found = found_by(turning, few, airspeed=13.0, turn_rate=TURN, failures=failed)
-    flight = begun(few, found)
-    flight.failures = failed
-    flight.reset()
+    flight = simulation.trimmed(few, found, altitude=ALTITUDE, broken=failed)
     assert unbalanced(flight, found)[0] < 1e-5
+
+
+def test_a_flight_begins_in_a_trim_of_the_command_line(tmp_path, capsys):
+    """And stays in its turn, with an aileron jammed and nothing touched."""
+    hold, saved, flown = (tmp_path / name for name in ('hold.yaml', 'turn.npz', 'flown.json'))
+    hold.write_text('name: hold\nduration_s: 3.0\n'
+                    'initial: {airspeed_m_s: 20.0, altitude_m: 20.0}\nchannels: {}\n')
+    trim_it = ['trim', *FEW, '--airspeed', '15', '--bank', '40', '--coordinated',
+               '--fail', 'aileron_right:stuck=2', '--altitude', '300', '--save', str(saved)]
+    assert cli.main(trim_it) == 0
+    row = capsys.readouterr().out.splitlines()
+    assert row[-1] == f'saved {saved}: a flight in this trim, in steps of 13 ms'
+    assert cli.main(['fly', *FEW, '--resume', str(saved), '--scenario', str(hold),
+                     '--json', str(flown)]) == 0
+    summary, series = (json.loads(flown.read_text())[key] for key in ('summary', 'series'))
+    assert summary['steps'] == 231 and summary['altitude_lost_m'] == pytest.approx(0.0, abs=0.05)
+    assert summary['failed'] == ['aileron_right:stuck=2']
+    assert series['roll_deg'] and np.allclose(series['roll_deg'], 40.0, atol=0.1)
+
+
+@pytest.mark.parametrize('words, said', [
+    (['--airspeed', '15'], '--save at an altitude of 0 m'),
+    (['--airspeed', '14:15:1', '--altitude', '9'], '--save is of one flight'),
+    (['--airspeed', '15', '--all', '--altitude', '9'], '--save is of one flight')])
+def test_a_flight_that_cannot_begin_is_refused_before_it_is_trimmed(tmp_path, capsys, words, said):
+    assert cli.main(['trim', *words, '--save', str(tmp_path / 'turn.npz')]) == 2
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / 'turn.npz').exists()

@@ -61,6 +61,9 @@ def add(command: Command) -> argparse.ArgumentParser:
     trim.add_argument('--plot', type=values.figure, nargs='?', metavar='FILE',
                         const='trim.png',
                         help='draw it: PNG, SVG or PDF (default trim.png)')
+    trim.add_argument('--save', type=values.output, metavar='FILE',
+                      help='write a flight that begins in this trim, its wake behind it: for '
+                      "`poststall fly --resume`, or the node's flight_file and load_state")
     solver.add_options(trim)
     return trim
 
@@ -70,7 +73,8 @@ def run(arguments: argparse.Namespace) -> int:
     from poststall_sim import jobs
     _refuse_idle(arguments)
     model = solver.model(arguments)
-    found = list(_found(arguments, model))
+    flights = list(_found(arguments, model))
+    found = [row for _, row in flights]
     result = {**solver.head(arguments, model), 'axes': jobs.AXES, 'strip_axes': jobs.STRIP_AXES,
               'altitude_m': arguments.altitude, 'trims': found}
     terminal.print_table(*_table(found))
@@ -83,7 +87,20 @@ def run(arguments: argparse.Namespace) -> int:
             f'no trim: {found[-1]["message"]}' if found else
             f'no trim at {", ".join(f"{each:g}" for each in arguments.airspeed)} m/s at any angle '
             'of attack that was looked at')
+    if arguments.save:
+        _save(arguments, model, flights[0][0])
     return 0
+
+
+def _save(arguments: argparse.Namespace, model, trim) -> None:
+    """Write the flight that begins in a trim."""
+    from poststall_sim import failure_reader, flight_file, simulation
+    flight = simulation.trimmed(
+        model, trim, altitude=arguments.altitude, failed=_failed(arguments, model),
+        broken=failure_reader.by_name(arguments.fail))
+    flight_file.save_state(flight, arguments.save)
+    terminal.say(f'saved {arguments.save}: a flight in this trim, in steps of '
+                 f'{1e-6 * flight.dt_ns:g} ms')
 
 
 def _refuse_idle(arguments: argparse.Namespace) -> None:
@@ -96,6 +113,13 @@ def _refuse_idle(arguments: argparse.Namespace) -> None:
     if arguments.all and (manoeuvre or arguments.alpha or not arguments.airspeed):
         raise ConfigError('--all is of straight flight at an airspeed: it goes with --airspeed '
                           'and without manoeuvres and --alpha')
+    if arguments.save and (arguments.all or len(arguments.airspeed or [None])
+                           * len(arguments.alpha or [None]) > 1):
+        raise ConfigError('--save is of one flight: give one airspeed or angle of attack, and '
+                          'not --all')
+    if arguments.save and arguments.altitude <= 0.0:
+        raise ConfigError(f'--save at an altitude of {arguments.altitude:g} m: the flight would '
+                          'end on the ground as it begins: give --altitude')
     if arguments.climb is not None and arguments.throttle is not None:
         raise ConfigError('--climb and --throttle: give one, the other is found')
     if arguments.failed and (arguments.all or arguments.alpha and not manoeuvre):
@@ -111,7 +135,7 @@ def _manoeuvre(arguments: argparse.Namespace) -> list[str]:
     return [name for name in _MANOEUVRE if values.given(getattr(arguments, name))]
 
 
-def _found(arguments: argparse.Namespace, model) -> Iterable[dict]:
+def _found(arguments: argparse.Namespace, model) -> Iterable:
     """Yield the trims that are asked for, behind progress bars."""
     from poststall_sim import trim_jobs
     from poststall_sim.aircraft import ConfigError

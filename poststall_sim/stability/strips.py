@@ -63,7 +63,7 @@ class Points:
 
 
 def operating_points(model: Model, boundary: Boundary, aero: AeroResult,
-                      circulation: FloatArray, widths: np.ndarray, moved: FloatArray) -> Points:
+                     circulation: FloatArray, widths: np.ndarray, moved: FloatArray) -> Points:
     """
     Return the derivatives of what `decambering.operating_points` gives.
 
@@ -106,7 +106,7 @@ def operating_points(model: Model, boundary: Boundary, aero: AeroResult,
 
 
 def closure(model: Model, boundary: Boundary, aero: AeroResult, points: Points,
-             widths: np.ndarray) -> FloatArray:
+            widths: np.ndarray) -> FloatArray:
     """Return the derivative (n, k) of the closure's residual."""
     lattice, strips, n = model.lattice, boundary.strips, model.lattice.strips
     if model.settings.closure is Closure.LOCAL:
@@ -132,7 +132,7 @@ def closure(model: Model, boundary: Boundary, aero: AeroResult, points: Points,
 
 
 def section_loads(model: Model, density: float, boundary: Boundary, aero: AeroResult,
-                   points: Points) -> FloatArray:
+                  points: Points) -> FloatArray:
     """Return d(force, moment) in G (6, k) of the sections' drag and moment."""
     lattice, strips = model.lattice, aero.strips
     looked_up, direction = points.looked_at, strips.alpha - boundary.pivot
