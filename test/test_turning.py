@@ -266,6 +266,7 @@ def test_a_flight_begins_in_a_trim_of_the_command_line(tmp_path, capsys):
 @pytest.mark.parametrize('words, said', [
     (['--airspeed', '15'], '--save at an altitude of 0 m'),
     (['--airspeed', '14:15:1', '--altitude', '9'], '--save is of one flight'),
+    (['--airspeed', '15', '--alpha', '4', '--altitude', '9'], '--save is of one flight'),
     (['--airspeed', '15', '--all', '--altitude', '9'], '--save is of one flight')])
 def test_a_flight_that_cannot_begin_is_refused_before_it_is_trimmed(tmp_path, capsys, words, said):
     assert cli.main(['trim', *words, '--save', str(tmp_path / 'turn.npz')]) == 2

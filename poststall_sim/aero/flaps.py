@@ -25,7 +25,8 @@ import math
 
 from numba import njit
 
-_EXACT = {'cache': True, 'nogil': True}
+_EXACT = {'cache': True, 'nogil': True, 'error_model': 'numpy'}
+"""A division that may raise makes compiled code count references to arrays, at every strip."""
 INLINE = {'forceinline': True, **_EXACT}
 """For what residuals ask strip by strip: left to itself LLVM makes a call of it, which costs as
 much as what is asked, some 6 % of a decambering in all."""

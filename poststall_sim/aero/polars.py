@@ -20,7 +20,7 @@ from poststall_sim.aero.flaps import LEFT
 from poststall_sim.aircraft import Airfoil, ConfigError
 from poststall_sim.frames import FloatArray
 
-_EXACT = {'cache': True, 'nogil': True}
+_EXACT = {'cache': True, 'nogil': True, 'error_model': 'numpy'}
 
 GRID = 1440
 """Intervals of the uniform grid over a full turn: a quarter of a degree each."""

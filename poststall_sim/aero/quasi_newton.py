@@ -26,22 +26,26 @@ def factor(matrix):
 
     Without pivoting: the Jacobians here are near diagonal ones, and their steps are judged by
     the residual they lead to. A pivot of zero gives steps that are not finite. Two columns at a
-    time, so that each row is read half as often.
+    time, so that each row is read half as often, and what is left of a row as an array of its
+    own, whose index cannot be negative: asking costs a third of the time.
     """
     n = matrix.shape[0]
     for k in range(0, n - 1, 2):
         inverse = 1.0 / matrix[k, k]
         share = matrix[k + 1, k] * inverse
         matrix[k + 1, k] = share
-        for j in range(k + 1, n):
-            matrix[k + 1, j] -= share * matrix[k, j]
+        upper, lower = matrix[k, k + 1:], matrix[k + 1, k + 1:]
+        for j in range(upper.size):
+            lower[j] -= share * upper[j]
         beside, below = matrix[k, k + 1], 1.0 / matrix[k + 1, k + 1]
+        upper, lower = matrix[k, k + 2:], matrix[k + 1, k + 2:]
         for i in range(k + 2, n):
             first = matrix[i, k] * inverse
             second = (matrix[i, k + 1] - first * beside) * below
             matrix[i, k], matrix[i, k + 1] = first, second
-            for j in range(k + 2, n):
-                matrix[i, j] -= first * matrix[k, j] + second * matrix[k + 1, j]
+            row = matrix[i, k + 2:]
+            for j in range(row.size):
+                row[j] -= first * upper[j] + second * lower[j]
 
 
 @njit(**_SUM)

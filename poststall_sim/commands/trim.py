@@ -113,8 +113,9 @@ def _refuse_idle(arguments: argparse.Namespace) -> None:
     if arguments.all and (manoeuvre or arguments.alpha or not arguments.airspeed):
         raise ConfigError('--all is of straight flight at an airspeed: it goes with --airspeed '
                           'and without manoeuvres and --alpha')
-    if arguments.save and (arguments.all or len(arguments.airspeed or [None])
-                           * len(arguments.alpha or [None]) > 1):
+    asked = [arguments.airspeed or [], arguments.alpha or []]
+    if arguments.save and (arguments.all or max(map(len, asked)) > 1
+                           or all(asked) and not manoeuvre):
         raise ConfigError('--save is of one flight: give one airspeed or angle of attack, and '
                           'not --all')
     if arguments.save and arguments.altitude <= 0.0:
