@@ -14,7 +14,7 @@ import numpy as np
 
 from poststall_sim.controls import Control, Movable, movables
 from poststall_sim.engines import Engine
-from poststall_sim.frames import FloatArray
+from poststall_sim.frames import GRAVITY, FloatArray
 from poststall_sim.nonlifting import NonliftingBody
 from poststall_sim.records import (
     ConfigError,
@@ -227,6 +227,15 @@ def usual_radii(span: float, length: float) -> FloatArray:
     6th ed., table 16.1.
     """
     return np.array([0.25, 0.38, 0.39]) * [0.5 * span, 0.5 * length, 0.25 * (span + length)]
+
+
+def level_airspeed(mass: float, area: float, density: float, lift: float) -> float:
+    """
+    Return the airspeed at which a lift coefficient on an area carries a mass [m/s].
+
+    mass [kg]; area [m^2]; density [kg/m^3]. Level flight at 1 g, of which thrust carries nothing.
+    """
+    return math.sqrt(2.0 * mass * GRAVITY / (density * area * lift))
 
 
 @dataclass(frozen=True, slots=True)

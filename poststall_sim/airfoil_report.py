@@ -18,6 +18,7 @@ from poststall_sim.aircraft import (
     Section,
     Surface,
 )
+from poststall_sim.separated_flow import generic_plate
 
 ATTACHED = (math.radians(-4.0), math.radians(6.0))
 """The lift slope is taken over these angles."""
@@ -54,6 +55,13 @@ class SectionFigures:
     cm_at_zero_lift: float
     positive: StallFigures
     negative: StallFigures
+
+
+def stands_in(airfoil: Airfoil) -> bool:
+    """Tell whether a section separates as `generic_plate`: its own curves were not known."""
+    across = np.abs(np.abs(airfoil.alpha) - 0.5 * math.pi) < math.radians(30.0)
+    lift, _ = generic_plate(airfoil.alpha[across])
+    return bool(np.allclose(airfoil.cl[across], lift, rtol=0.0, atol=1e-6))
 
 
 def figures(polar: SectionPolar) -> SectionFigures:

@@ -88,6 +88,13 @@ def flaps(sheet: Sheet, sections: Sequence[Section], places: FloatArray,
     return found
 
 
+def alone(sheet: Sheet) -> list[str]:
+    """Return the controls that stand at a section and at none of its neighbours: no flap."""
+    named = [[hinge.name for hinge in station.hinges] for station in sheet.stations]
+    flapped = {name for inner, outer in zip(named, named[1:]) for name in inner if name in outer}
+    return [name for name in dict.fromkeys(sum(named, [])) if name not in flapped]
+
+
 def between(places: Sequence[float], chords: Sequence[float], share: float) -> float:
     """Return where on the chord a straight hinge line is that goes between two sections."""
     if places[0] == places[1]:

@@ -30,6 +30,7 @@ from poststall_sim.avl_controls import Flap, as_name
 from poststall_sim.avl_file import AvlFile, Sheet, Station
 from poststall_sim.controls import Control, Effector
 from poststall_sim.frames import FloatArray
+from poststall_sim.sizing import rounded
 
 TRAVEL = math.radians(30.0)
 """Assumed of the largest deflection of what a control moves."""
@@ -136,7 +137,7 @@ class _Reading:
 
     def _mass(self, surfaces: Sequence[Surface], reference: Reference) -> MassProperties:
         """Return masses of an ordinary aircraft of this size, balanced at Xref."""
-        mass = DENSE * reference.area ** 1.5
+        mass = rounded(DENSE * reference.area ** 1.5)
         edges = np.array([x for surface in surfaces for section in surface.sections
                           for x in (section.leading_edge_G[0],
                                     section.leading_edge_G[0] + section.chord)])
@@ -148,7 +149,8 @@ class _Reading:
         return self.file.where.build(
             MassProperties, mass=mass,
             cg_G=tuple(self.length * x for x in self.file.origin),
-            inertia_B=mass * np.diag(usual_radii(reference.span, long) ** 2))
+            inertia_B=np.diag([rounded(mass * radius ** 2) for radius in
+                               usual_radii(reference.span, long)]))
 
     def _controls(self) -> tuple[Control, ...]:
         """Return the controls with their effectors, both sides of one in one where alike."""
@@ -168,6 +170,9 @@ class _Reading:
         sections, places = self._sections(sheet)
         edges = self._strips(sheet, places)
         flaps = avl_controls.flaps(sheet, sections, places, edges)
+        self.assumptions += [
+            f'surface {sheet.name}: {each} moves nothing, as in AVL, for it stands at one section '
+            'alone: give it at both ends of its flap' for each in avl_controls.alone(sheet)]
         plane = 0.0 if sheet.image is None and self.file.symmetry[0] else sheet.image
         ends = [sections[i].leading_edge_G[1] for i in (0, -1)]
         if plane is not None:

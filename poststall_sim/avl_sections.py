@@ -17,6 +17,7 @@ import numpy as np
 from poststall_sim.aircraft import Airfoil
 from poststall_sim.frames import FloatArray
 from poststall_sim.reader import Place, file_text, shown
+from poststall_sim.separated_flow import generic_plate
 
 STALL = math.radians(10.0)
 """Half the zero-lift angle may be exceeded by this before the flow begins to separate."""
@@ -156,23 +157,18 @@ def section(name: str, line: ThinAirfoil, slope: float, drag: Sequence[float]) -
 
     slope : of the attached lift over 2 pi; drag : cl and cd of AVL's three points, or one cd.
 
-        cl = k 2 pi slope sin(a - a0) + (1 - k) 1.1 sin 2a
-        cd = k cd(cl) + (1 - k) (0.01 + 1.9 sin^2 a)
+        cl = k 2 pi slope sin(a - a0) + (1 - k) cl_plate
+        cd = k cd(cl) + (1 - k) cd_plate
         cm = k cm + (1 - k) cn (0.1 (1 - 2 |a|/pi) - 0.25),   cn = cl cos a + cd sin a
 
-    with the attached share k falling from 1 to 0. The plate: 1.9 is the drag of a wide plate
-    across the stream, its centre of pressure goes from 0.4 to 0.5 of the chord.
-
-    References
-    ----------
-    S. F. Hoerner, Fluid-Dynamic Drag, 1965, ch. 3.
-
+    with the attached share k falling from 1 to 0. The plate is `generic_plate`, its centre of
+    pressure goes from 0.4 to 0.5 of the chord.
     """
     alpha = np.linspace(-math.pi, math.pi, _ROWS * 2 - 1)
     gone = np.clip((np.abs(alpha - 0.5 * line.zero_lift) - STALL) / WIDTH, 0.0, 1.0)
     k = 1.0 - gone * gone * (3.0 - 2.0 * gone)
     attached = 2.0 * math.pi * slope * np.sin(alpha - line.zero_lift)
-    plate_lift, plate_drag = 1.1 * np.sin(2.0 * alpha), 0.01 + 1.9 * np.sin(alpha) ** 2
+    plate_lift, plate_drag = generic_plate(alpha)
     plate_normal = plate_lift * np.cos(alpha) + plate_drag * np.sin(alpha)
     behind = 0.1 * (1.0 - 2.0 * np.abs(alpha) / math.pi) - 0.25
     curves = np.stack([

@@ -48,7 +48,7 @@ def main(argv: list[str] | None = None) -> int:
     from poststall_sim.aircraft import ConfigError
     from poststall_sim.jobs import NoResultError
     try:
-        with terminal.leaving_output_to(arguments.json):
+        with terminal.telling_of_compiling(), terminal.leaving_output_to(arguments.json):
             code = arguments.run(arguments)
         sys.stdout.flush()   # here, where it is known what a broken pipe means
         return code

@@ -36,6 +36,7 @@ AXES = {
                     'down; moments and rates about the reference point'}
 UNITS = ('by alpha, beta and each control [1/rad]; by p (p b/2V), q (q c/2V), r (r b/2V) [-]; '
          'static_margin [reference chords], neutral_point_x_m [m] aft in the drawing')
+_RATES = {'p': 'p b/2V', 'q': 'q c/2V', 'r': 'r b/2V'}
 LEFT_OUT = ('derivatives by the rate of alpha: the loads are steady; lag of the wake and added '
             'mass are in the linear systems of poststall modes; engines and their slipstreams')
 _LEAST_SLOPE = 0.1
@@ -116,13 +117,14 @@ def block(point: jobs.Result) -> tuple[str, tuple[str, ...], list[list[str]]]:
     """Return title, head and rows of a point: its coefficients, then a row by each variable."""
     head = ('', *jobs.COEFFICIENTS)
     rows = [['', *(f'{point["coefficients"][key]:z.4f}' for key in jobs.COEFFICIENTS)]]
-    rows += [[f'by {name}', *(_cell(point['derivatives'][f'{key}_{name}'])
-                              for key in jobs.COEFFICIENTS)] for name in variables(point)]
+    rows += [[f'by {_RATES.get(name, f"{name} [1/rad]")}',
+              *(_cell(point['derivatives'][f'{key}_{name}']) for key in jobs.COEFFICIENTS)]
+             for name in variables(point)]
     title = f'alpha {point["alpha_deg"]:g} deg, {point["stalled_strips"]} strips stalled'
     title += f', induced drag far behind CDi_far = {point["CDi_far"]:.5f}'
     if point['static_margin'] is not None:
-        title += (f', static margin {100.0 * point["static_margin"]:z.1f} % of the chord, neutral '
-                  f'point x = {point["neutral_point_x_m"]:z.3f} m')
+        title += (f', static margin {100.0 * point["static_margin"]:z.1f} % of the reference '
+                  f'chord in this flow, neutral point x = {point["neutral_point_x_m"]:z.3f} m')
     if point['status'] != Status.CONVERGED.name.lower():
         title += f'; {point["message"]}'
     return title, head, rows

@@ -30,7 +30,7 @@ from poststall_sim.frames import (
     euler_from_quaternion,
     rotation,
 )
-from poststall_sim.polar import Condition
+from poststall_sim.polar import Condition, Stall
 from poststall_sim.scenario import Scenario
 from poststall_sim.simulation import Flight
 from poststall_sim.state import Controls, Snapshot, Status
@@ -99,6 +99,27 @@ def polar(model: Model, flown: Sequence[Condition], *, airspeed: float, altitude
             row['solutions'] = _solutions(polars.distinct_solutions(
                 model, found.condition, starts=random_starts, generator=generator, **air))
         yield row
+
+
+def stall(model: Model, points: Sequence[Result], *, altitude: float) -> Stall | None:
+    """Return the stall of a polar from those of its points that converged; see `polar.stall`."""
+    good = [each for each in points if each['status'] == Status.CONVERGED.name.lower()]
+    return polars.stall(
+        model.aircraft, [math.radians(each['alpha_deg']) for each in good],
+        [each['CL'] for each in good], model.atmosphere.at(altitude).density)
+
+
+def stalled(found: Stall) -> Result:
+    """Return a stall as the JSON has it."""
+    return {'alpha_deg': round(math.degrees(found.alpha), 10), 'CL': found.lift,
+            'airspeed_m_s': found.airspeed}
+
+
+def stall_words(found: Stall, model: Model, altitude: float) -> str:
+    """Return a stall at an altitude [m] in words."""
+    return (f'stall speed {found.airspeed:.3g} m/s: {model.aircraft.mass.mass:.4g} kg in level '
+            f'flight at 1 g, power off, altitude {altitude:g} m; greatest CL {found.lift:.3f} at '
+            f'alpha {math.degrees(found.alpha):.3g} deg')
 
 
 def _point(model: Model, found: polars.Point) -> Result:

@@ -23,7 +23,7 @@ from scipy.optimize import least_squares, minimize_scalar, root
 from poststall_sim import failures, propulsion
 from poststall_sim import trim as trims
 from poststall_sim.aero.model import Model
-from poststall_sim.aircraft import ConfigError
+from poststall_sim.aircraft import ConfigError, level_airspeed
 from poststall_sim.failures import Failure, Kind
 from poststall_sim.frames import GRAVITY, FloatArray
 from poststall_sim.state import Controls, Status
@@ -231,8 +231,9 @@ def _guess(model: Model, task: Task, name: str, known: Mapping[str, float], star
     if start is not None:
         return float(start.controls.deflections[names.index(name)]) if name in names else \
             start.controls.throttle if name == 'throttle' else getattr(start, name)
-    reference, weight = model.aircraft.reference, model.aircraft.mass.mass * GRAVITY
-    speed = known.get('airspeed') or math.sqrt(weight / (0.25 * density * reference.area))
+    aircraft = model.aircraft
+    speed = known.get('airspeed') or level_airspeed(
+        aircraft.mass.mass, aircraft.reference.area, density, 0.5)
     rate = known.get('turn_rate', 0.0)
     if name == 'throttle':
         return trims.first_throttle(model, speed, density, task.failed)

@@ -114,7 +114,7 @@ def table(points: Sequence[jobs.Result]) -> tuple[tuple[str, ...], list[list[str
     branches = {plain(mode['name']) for point in points for mode in point['modes']}
     named = [name for name in CLASSICAL if name in branches]
     named += sorted(name for name in branches - set(named) if ' + ' in name)
-    head = ('alpha', 'V [m/s]', 'decambering', *(f'{name} [1/s]' for name in named), '')
+    head = ('alpha [deg]', 'V [m/s]', 'decambering', *(f'{name} [1/s]' for name in named), '')
     return head, [_row(point, named) for point in points]
 
 

@@ -19,7 +19,7 @@ from poststall_sim.aero.decambering import wrap
 from poststall_sim.aero.model import Model, Onset
 from poststall_sim.aero.schemes import Start
 from poststall_sim.aero.solver import AeroResult
-from poststall_sim.aircraft import read_only
+from poststall_sim.aircraft import Aircraft, level_airspeed, read_only
 from poststall_sim.frames import (
     FloatArray,
     body_to_geometry,
@@ -104,6 +104,36 @@ class Solutions:
     counts: tuple[int, ...]
     starts: int
     failed: int
+
+
+@dataclass(frozen=True, slots=True)
+class Stall:
+    """
+    Where the lift of a polar is greatest: alpha [rad], CL [-].
+
+    airspeed : at which that lift carries the weight, in level flight at 1 g, power off [m/s].
+    """
+
+    alpha: float
+    lift: float
+    airspeed: float
+
+
+def stall(aircraft: Aircraft, alphas: Sequence[float], lifts: Sequence[float],
+          density: float) -> Stall | None:
+    """
+    Return the stall of a polar from its angles (n,) [rad] and CL (n,), None if it has none.
+
+    Lift that is greatest at an end of the polar has not been seen to fall. density [kg/m^3].
+    """
+    if not len(lifts):
+        return None
+    most = int(np.argmax(lifts))
+    alpha, lift = float(alphas[most]), float(lifts[most])
+    if not (lift > 0.0 and min(alphas) < alpha < max(alphas)):
+        return None
+    return Stall(alpha, lift, level_airspeed(
+        aircraft.mass.mass, aircraft.reference.area, density, lift))
 
 
 def onset(model: Model, condition: Condition, airspeed: float) -> Onset:

@@ -41,6 +41,22 @@ def plate(alpha: FloatArray, cd90: float) -> tuple[FloatArray, FloatArray, Float
     return cn * cos + ct * sin, cn * sin - ct * cos, _moment(alpha, cn)
 
 
+def generic_plate(alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """
+    Return cl, cd of a separated plate that stands for sections nothing is known of, at any alpha.
+
+        cl = 1.1 sin 2a,   cd = 0.01 + 1.9 sin^2 a
+
+    1.9 is the drag of a wide plate across the stream.
+
+    References
+    ----------
+    S. F. Hoerner, Fluid-Dynamic Drag, 1965, ch. 3.
+
+    """
+    return 1.1 * np.sin(2.0 * alpha), 0.01 + 1.9 * np.sin(alpha) ** 2
+
+
 def viterna(alpha: FloatArray, aspect_ratio: float, alpha_stall: float, cl_stall: float,
             cd_stall: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """

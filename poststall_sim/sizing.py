@@ -21,6 +21,7 @@ from poststall_sim.aircraft import (
     Reference,
     Section,
     Surface,
+    level_airspeed,
     usual_radii,
 )
 from poststall_sim.controls import Control, Effector
@@ -60,10 +61,15 @@ class Numbers:
             raise ConfigError(f'tail volume must be 0.2 to 1.5, got {self.tail_volume:g}')
 
 
+def rounded(value: float) -> float:
+    """Return a guess to three digits: more would say that it is known."""
+    return float(f'{value:.3g}')
+
+
 def engine(mass: float, area: float, position_G: tuple[float, float, float]) -> LinearThrust:
     """Return an engine for a mass [kg] on a wing area [m^2] that holds it up to `FASTEST`."""
-    cruise = math.sqrt(2.0 * mass * GRAVITY / (1.225 * area * CRUISE_LIFT))
-    return LinearThrust(THRUST * mass * GRAVITY, FASTEST * cruise, position_G)
+    fastest = FASTEST * level_airspeed(mass, area, 1.225, CRUISE_LIFT)
+    return LinearThrust(rounded(THRUST * mass * GRAVITY), rounded(fastest), position_G)
 
 
 def conventional(name: str, numbers: Numbers, wing_airfoil: Airfoil,
@@ -110,7 +116,7 @@ def conventional(name: str, numbers: Numbers, wing_airfoil: Airfoil,
         Control('rudder', (math.radians(-25.0), math.radians(25.0)), (
             Effector('fin', hinge=0.55),)))
     length = arm + 1.5 * chord
-    radii = usual_radii(span, length)
+    inertia = [rounded(each) for each in numbers.mass * usual_radii(span, length) ** 2]
     low = -0.1 * chord
 
     def balanced(x: float) -> Aircraft:
@@ -118,7 +124,7 @@ def conventional(name: str, numbers: Numbers, wing_airfoil: Airfoil,
             name, surfaces, tuple({each.name: each for each in (wing_airfoil,
                                                                 tail_airfoil)}.values()),
             Reference(area, chord, span),
-            MassProperties(numbers.mass, point(x, 0.0, low), numbers.mass * np.diag(radii ** 2)),
+            MassProperties(numbers.mass, point(x, 0.0, low), np.diag(inertia)),
             controls, (engine(numbers.mass, area, point(-chord, 0.0, low)),))
 
     # The neutral point does not move with the centre of gravity but for its height.

@@ -17,13 +17,19 @@ from poststall_sim import envelope, polar
 from poststall_sim.aero import polars
 from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import Aircraft, Surface, usual_radii
-from poststall_sim.airfoil_report import steepest_unique_fall
-from poststall_sim.atmosphere import standard_air
-from poststall_sim.frames import GRAVITY, control_sign
-from poststall_sim.polar import Condition
+from poststall_sim.airfoil_report import stands_in, steepest_unique_fall
+from poststall_sim.frames import control_sign
+from poststall_sim.polar import Condition, Stall
+from poststall_sim.state import Status
 
 ALPHA = math.radians(2.0)
 _STEP = 1e-3
+FLOW = f'attached flow at alpha {math.degrees(ALPHA):g} deg'
+"""In which the figures are taken: the design's, whatever the sections' curves say."""
+STALLING = np.radians(np.arange(0.0, 31.0))
+"""Angles of attack among which the stall is looked for [rad]."""
+FIRST = 15.0
+"""Airspeed at which a stall is looked for first [m/s]."""
 STATIC_MARGIN = (0.05, 0.25)
 HORIZONTAL_VOLUME, VERTICAL_VOLUME = (0.3, 1.2), (0.015, 0.10)
 """Model aeroplanes to transports: D. P. Raymer, Aircraft Design, 6th ed., table 6.4, widened."""
@@ -170,13 +176,34 @@ def _planforms(aircraft: Aircraft) -> tuple[Planform, ...]:
     return tuple(result)
 
 
-def findings(model: Model, figures: Survey) -> tuple[Finding, ...]:
-    """Return what is odd about an aircraft, the gravest first."""
+def stall(model: Model) -> Stall | None:
+    """Return the stall at sea level, controls neutral, None where lift still rises at the end."""
+    aircraft, air = model.aircraft, model.atmosphere.at(0.0)
+    neutral, speed = np.zeros(len(aircraft.controls)), FIRST
+    stalling = replace(model, settings=replace(model.settings, decambering=True))
+    # The speed that is found decides about the curves only where there are several by Reynolds
+    # number, and there hardly: once more is enough.
+    for _ in range(1 if model.lattice.tables is None else 2):
+        flown = stalling.at(speed, air.kinematic_viscosity, neutral)
+        points = [each for each in polar.sweep(
+            flown, [Condition(alpha, deflections=neutral) for alpha in STALLING],
+            airspeed=speed, density=air.density) if each.aero.status is Status.CONVERGED]
+        found = polar.stall(
+            aircraft, [each.condition.alpha for each in points],
+            [each.coefficients.CL for each in points], air.density)
+        if found is None:
+            return None
+        speed = found.airspeed
+    return found
+
+
+def findings(model: Model, figures: Survey, stalled: Stall | None) -> tuple[Finding, ...]:
+    """Return what is odd about an aircraft and its `stall`, the gravest first."""
     aircraft = model.aircraft
     return (
         *_balance(figures), *_tails(figures), *_controls(aircraft, figures),
         *_masses(aircraft, figures), *_strips(model), *_sections(model),
-        *_reynolds(model),
+        *_stand_ins(aircraft), *_reynolds(model, stalled),
         *(Finding('assumed', text, 'give it in an aircraft file, see poststall new')
           for text in aircraft.assumptions))
 
@@ -184,8 +211,8 @@ def findings(model: Model, figures: Survey) -> tuple[Finding, ...]:
 def _balance(figures: Survey) -> Iterator[Finding]:
     low, high = STATIC_MARGIN
     margin, neutral, chord = figures.static_margin, figures.neutral_point, figures.chord
-    what = (f'{100.0 * margin:.1f} % of the reference chord of {chord:.4g} m, the neutral point '
-            f'is at x = {neutral:.4g} m')
+    what = (f'{100.0 * margin:.1f} % of the reference chord of {chord:.4g} m in {FLOW}, the '
+            f'neutral point is at x = {neutral:.4g} m')
     if margin < low:
         yield Finding('static margin', what + (': it diverges in pitch' if margin < 0.0 else ''),
                       f'move the centre of gravity forward, to x = {neutral - low * chord:.4g} m '
@@ -330,17 +357,27 @@ def _sections(model: Model) -> Iterator[Finding]:
                 'one solution only', 'soften its table, or average over more chords (--ell)')
 
 
-def _reynolds(model: Model) -> Iterator[Finding]:
+def _stand_ins(aircraft: Aircraft) -> Iterator[Finding]:
+    """Find sections that poststall new made for an AVL file; the file itself says so."""
+    generic = [airfoil for airfoil in aircraft.airfoils if stands_in(airfoil)]
+    if not generic or aircraft.assumptions:
+        return
+    said = ', '.join(
+        f'{name} of ' + ' and '.join(surface.name for surface in aircraft.surfaces if any(
+            section.airfoil == name for section in surface.sections))
+        for name in dict.fromkeys(airfoil.name for airfoil in generic))
+    dragless = all(airfoil.cd.min() == 0.0 for airfoil in generic)
+    yield Finding(
+        'sections', f'{said}: past the stall one generic plate'
+        + ', before it without drag' * dragless,
+        'give them tables of their own: poststall airfoil --extend makes one of a polar')
+
+
+def _reynolds(model: Model, stalled: Stall | None) -> Iterator[Finding]:
     """Compare the section tables with the flow in level flight at the stall."""
-    lattice, aircraft = model.lattice, model.aircraft
-    wing = max(aircraft.surfaces, key=lambda surface: planform(surface).area)
-    flown = {section.airfoil for section in wing.sections}
-    curves = [polars.section_polar(airfoil) for airfoil in aircraft.airfoils
-              if airfoil.name in flown and not airfoil.deflection]
-    greatest = max(float(curve.at(np.array([curve.stall_high]))[0, 0]) for curve in curves)
-    air = standard_air(0.0)
-    slow = math.sqrt(2.0 * aircraft.mass.mass * GRAVITY
-                     / (air.density * planform(wing).area * greatest))
-    for excess in envelope.reynolds(slow, air, lattice):
-        yield Finding('sections', f'at {slow:.3g} m/s, the stall in level flight: {excess.text}',
+    if stalled is None:
+        return
+    for excess in envelope.reynolds(stalled.airspeed, model.atmosphere.at(0.0), model.lattice):
+        yield Finding('sections', f'at {stalled.airspeed:.3g} m/s, the stall in level flight: '
+                      f'{excess.text}',
                       'give them tables of about that Reynolds number')

@@ -5,11 +5,13 @@
 import math
 from collections.abc import Iterable
 
-from poststall_sim import jobs
+from poststall_sim import jobs, survey
+from poststall_sim.aero.model import Model
+from poststall_sim.polar import Stall
 from poststall_sim.survey import Finding, Survey
 
 
-def result(figures: Survey, found: Iterable[Finding]) -> jobs.Result:
+def result(figures: Survey, stall: Stall | None, found: Iterable[Finding]) -> jobs.Result:
     """Return what ``--json`` writes."""
     return {
         'surfaces': [{
@@ -20,6 +22,7 @@ def result(figures: Survey, found: Iterable[Finding]) -> jobs.Result:
             'volume': each.volume} for each in figures.planforms],
         'neutral_point_m': figures.neutral_point, 'static_margin': figures.static_margin,
         'CL_alpha': figures.lift_slope, 'Cl_p': figures.roll_damping,
+        'stall': stall and jobs.stalled(stall),
         'authority': {name: dict(zip(('Cl', 'Cm', 'Cn'), values))
                       for name, values in figures.authority.items()},
         'findings': [{'subject': each.subject, 'what': each.what, 'advice': each.advice}
@@ -28,13 +31,20 @@ def result(figures: Survey, found: Iterable[Finding]) -> jobs.Result:
 
 def surfaces(figures: Survey) -> tuple[tuple[str, ...], list[list[str]]]:
     """Return head and rows of the table of surfaces."""
-    head = ('', 'area [m2]', 'span [m]', 'aspect ratio', 'mean chord [m]', 'at x [m]', 'sweep',
-            'dihedral', 'volume')
+    head = ('', 'area [m2]', 'span [m]', 'aspect ratio', 'mean chord [m]', 'at x [m]',
+            'sweep [deg]', 'dihedral [deg]', 'volume')
     return head, [[each.name, f'{each.area:.4g}', f'{each.span:.4g}', f'{each.aspect_ratio:.2f}',
                    f'{each.mean_chord:.4g}', f'{each.quarter_x:.4g}',
                    f'{math.degrees(each.sweep):z.1f}', f'{math.degrees(each.dihedral):z.1f}',
                    '' if each.volume is None else f'{each.volume:.3f}']
                   for each in figures.planforms]
+
+
+def stall_line(stall: Stall | None, model: Model) -> str:
+    """Return what the stall is, at sea level and controls neutral, in words."""
+    if stall is None:
+        return f'no stall: lift rises on to alpha {math.degrees(survey.STALLING[-1]):g} deg'
+    return f'{jobs.stall_words(stall, model, 0.0)}, controls neutral'
 
 
 def lines(figures: Survey) -> list[tuple[str, str]]:

@@ -5,6 +5,7 @@
 import json
 import sys
 import threading
+import time
 from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext, redirect_stdout
 from pathlib import Path
@@ -19,7 +20,38 @@ def complain(what: object) -> None:
 
 
 @contextmanager
-def patience(what: str = 'compiling the solver, once: up to a minute') -> Iterator[None]:
+def telling_of_compiling(patience: float = 2.0) -> Iterator[None]:
+    """Say once that kernels are compiled, where that has taken so long [s]."""
+    from numba.core import event
+
+    class Compiling(event.Listener):
+        """Numba's word on what it compiles, callees within their callers; not what it loads."""
+
+        depth, spent, begun, said = 0, 0.0, 0.0, False
+
+        def on_start(self, _event: event.Event) -> None:
+            if not self.depth:
+                self.begun = time.monotonic()
+            self.depth += 1
+            self.tell(self.spent + time.monotonic() - self.begun)
+
+        def on_end(self, _event: event.Event) -> None:
+            self.depth -= 1
+            if not self.depth:
+                self.spent += time.monotonic() - self.begun
+
+        def tell(self, spent: float) -> None:
+            if spent >= patience and not self.said:
+                self.said = True
+                print('compiling the solver, once: up to a minute ...', file=sys.stderr,
+                      flush=True)
+
+    with event.install_listener('numba:compile', Compiling()):
+        yield
+
+
+@contextmanager
+def patience(what: str) -> Iterator[None]:
     """Say what takes the time if the block takes more than two seconds."""
     timer = threading.Timer(2.0, lambda: print(f'{what} ...', file=sys.stderr, flush=True))
     timer.daemon = True

@@ -457,6 +457,16 @@ def test_what_is_assumed_is_said(read):
     assert 'flap' not in read(text).control_names
 
 
+def test_a_control_at_one_section_alone_moves_nothing_and_that_is_said(read):
+    """Half of the flap's two: as AVL has it, a flap is between two sections."""
+    once = CONVENTIONAL.replace('CONTROL\nflap 1.0 0.75 0 0 0 1.0\n', '', 1)
+    aircraft = read(once)
+    assert 'flap' not in aircraft.control_names and 'aileron' in aircraft.control_names
+    said, = (each for each in aircraft.assumptions if 'one section alone' in each)
+    assert said.startswith('surface Wing: flap moves nothing')
+    assert not any('one section alone' in each for each in read(CONVENTIONAL).assumptions)
+
+
 @pytest.mark.parametrize(('old', 'new', 'complaint'), [
     ('0 0 0.0  !', '0 1 0.0  !', 'iZsym'),
     ('6 0.0 12 0.0', 'six 0.0', 'line 9: Nchord Cspace must be'),

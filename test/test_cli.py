@@ -2,18 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command line: what it prints and writes, its units, its exit codes, its complaints."""
 
+import importlib
 import json
 import math
 import os
+import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 
-from poststall_sim import __version__, cli, definition, jobs, simulation
+from poststall_sim import __version__, cli, definition, jobs, simulation, terminal
 from poststall_sim.aero import model as models
 from poststall_sim.frames import GRAVITY
 
@@ -62,7 +65,7 @@ def test_as_a_user_runs_it(tmp_path):
                '--json', str(tmp_path / 'polar.json'))
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
-    assert lines[0].split()[:4] == ['alpha', 'CL', 'CD', 'CY']
+    assert lines[0].split()[:5] == ['alpha', '[deg]', 'CL', 'CD', 'CY']
     assert [line.split()[0] for line in lines[1:]] == ['-2.00', '0.00', '2.00']
     points = json.loads((tmp_path / 'polar.json').read_text())['points']
     assert [f'{p["CL"]:z.4f}' for p in points] == [line.split()[1] for line in lines[1:]]
@@ -446,3 +449,45 @@ def test_the_flight_is_the_one_that_the_library_flies():
         flights[1].step(flights[1].trim)   # nothing moves in the first second
     assert last.time_ns == flights[1].snapshot.time_ns
     np.testing.assert_array_equal(last.body.position_N, flights[1].snapshot.body.position_N)
+
+
+def test_tables_have_their_units_in_the_headings(capsys):
+    """Of trims what is 0 everywhere is left out: here nothing is but the pull and the turn."""
+    assert cli.main(['trim', '--airspeed', '15', '--sideslip', '5', '--fail',
+                     'aileron_right:stuck=2']) == 0
+    head, row = (re.split(r'  +', line.strip()) for line in
+                 capsys.readouterr().out.splitlines()[:2])
+    assert head == ['V [m/s]', 'alpha [deg]', 'beta [deg]', 'bank [deg]', 'throttle',
+                    'climb [deg]', 'sink [m/s]', 'aileron [deg]', 'elevator [deg]',
+                    'rudder [deg]', 'aileron_right [deg]', 'residual']
+    assert row[:2] == ['steady', '15.000']
+    for words, found in ((['show'], ['sweep [deg]', 'dihedral [deg]']),
+                         (['derivatives', '--alpha', '2'],
+                          ['by alpha [1/rad]', 'by p b/2V', 'by elevator [1/rad]']),
+                         (['polar', '--alpha', '2:4:2'], ['alpha [deg]', 'residual [rad]'])):
+        assert cli.main(words) == 0
+        said = capsys.readouterr().out
+        assert all(each in said for each in found)
+
+
+def said_while_compiling(tmp_path, monkeypatch, capsys, name, patience):
+    """Import a module with kernels as if for the first time, call it, return what is said."""
+    monkeypatch.syspath_prepend(tmp_path)
+    sys.modules.pop(name, None)
+    with terminal.telling_of_compiling(patience):
+        assert importlib.import_module(name).outer(2.0) == 5.0
+    return capsys.readouterr().err
+
+
+@pytest.mark.skipif(numba.config.DISABLE_JIT, reason='nothing is compiled')
+def test_compiling_is_said_once_where_it_takes_long_and_not_where_kernels_are_loaded(
+        tmp_path, monkeypatch, capsys):
+    (tmp_path / 'kernels_to_compile.py').write_text(
+        'from numba import njit\n\n\n@njit(cache=True)\ndef inner(x):\n    return 2.0 * x\n\n\n'
+        '@njit(cache=True)\ndef outer(x):\n    return inner(x) + 1.0\n')
+    name = 'kernels_to_compile'
+    assert said_while_compiling(tmp_path, monkeypatch, capsys, name, 0.0) \
+        == 'compiling the solver, once: up to a minute ...\n'
+    assert said_while_compiling(tmp_path, monkeypatch, capsys, name, 0.0) == ''
+    (tmp_path / f'{name}.py').write_text((tmp_path / f'{name}.py').read_text() + '\n')
+    assert said_while_compiling(tmp_path, monkeypatch, capsys, name, 600.0) == ''

@@ -46,18 +46,20 @@ def test_two_aircraft_live_in_one_time(start, probe):
     assert begin == 0.0          # it began at the time that it found, and not before
     reports = Reports(probe, 'right/simulator')
     reports.wait_for('pace', 'steps', '0')
-    before = stamp(left)
-    for _ in range(4):
+    fifty = stamp(left)
+    for calls in range(2, 6):
         assert probe.call(Trigger, '/left/step').success
-        probe.spin_until(lambda before=before: stamp(left) == stamp(right) != before, 'one time')
-        before = stamp(left)
+        # The time that is meant: between, the two bear the same stamps as well.
+        probe.spin_until(
+            lambda due=calls * fifty: stamp(left) == stamp(right) == due, 'one time')
     # Also where no state is due by its rate: who waits for it would wait for ever.
     assert probe.set_parameter('step_count', 1, node='/left/simulator').successful
     assert probe.call(Trigger, '/left/step').success
-    probe.spin_until(lambda: stamp(right) == stamp(left) == before // 250 * 251, 'one step more')
+    probe.spin_until(
+        lambda: stamp(right) == stamp(left) == 251 * fifty // 50, 'one step more')
     # The same aircraft, trimmed alike, has flown as far since: 201 steps. Their wakes are not
     # of one age, for which a trimmed flight wanders by a millimetre.
-    first = next(pose for pose in left if nanoseconds(pose.header.stamp) == before // 5)
+    first = next(pose for pose in left if nanoseconds(pose.header.stamp) == fifty)
     assert right[-1].pose.position.y == pytest.approx(
         left[-1].pose.position.y - first.pose.position.y, abs=2e-3)
     reports.wait_for('pace', 'steps', '201')

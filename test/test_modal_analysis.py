@@ -78,7 +78,7 @@ def test_before_the_stall_the_models_agree_and_past_it_they_part(glides):
 def test_the_table_has_a_row_for_each_point_and_marks_the_wakes_modes(capsys, tmp_path):
     points = result(tmp_path, 'trainer', '--alpha', '4:8:4')['points']
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0].split()[:4] == ['alpha', 'V', '[m/s]', 'decambering']
+    assert lines[0].split()[:5] == ['alpha', '[deg]', 'V', '[m/s]', 'decambering']
     assert all(f'{name} [1/s]' in lines[0] for name in NAMES)
     assert [line.split()[:3] for line in lines[1:3]] == [
         [f'{p["alpha_deg"]:.2f}', f'{p["trim"]["airspeed_m_s"]:.2f}', 'variable'] for p in points]
@@ -209,6 +209,6 @@ def test_the_table_puts_split_and_coupled_modes_under_their_branch():
              'modes': [mode('coupled short period, fast', -4.0), mode('short period, slow', -2.0),
                        mode('phugoid, slow + spiral', -1.0), mode('wake 1', -9.0)]}
     head, (row,) = modal_analysis.table([point])
-    assert head == ('alpha', 'V [m/s]', 'decambering', 'short period [1/s]',
+    assert head == ('alpha [deg]', 'V [m/s]', 'decambering', 'short period [1/s]',
                     'phugoid, slow + spiral [1/s]', '')
     assert row[3:] == ['-4.000 , -2.000 ', '-1.000 ', '']

@@ -4,20 +4,26 @@
 
 import json
 import math
+from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import wings
 
 matplotlib = pytest.importorskip('matplotlib', reason='figures need matplotlib')
 rosbags = pytest.importorskip('rosbags', reason='bags need rosbags')
 
 from matplotlib.colors import to_rgb  # noqa: E402
 from matplotlib.image import imread  # noqa: E402
+from matplotlib.text import Text  # noqa: E402
 from rosbags.rosbag2 import StoragePlugin, Writer  # noqa: E402
 from rosbags.typesys import Stores, get_typestore  # noqa: E402
 
-from poststall_sim import cli, definition, plots, silhouette  # noqa: E402
+from poststall_sim import cli, definition, plots, silhouette, survey  # noqa: E402
+from poststall_sim.aero import model as models  # noqa: E402
 from poststall_sim.plots import derivatives, modes, style, trajectory  # noqa: E402
+from poststall_sim.plots import flight as flights  # noqa: E402
 from poststall_sim.plots.bag import extremes, flight_data  # noqa: E402
 from poststall_sim.plots.lookup import Lookup  # noqa: E402
 from poststall_sim.recording import BagError  # noqa: E402
@@ -293,6 +299,57 @@ def test_a_bag_without_a_flight_is_refused(tmp_path):
         (0.0, lambda store, _: {'data': 1.0})])})
     with pytest.raises(BagError, match=r'no flight in the bag: expected one of odom, .*/camera'):
         plots.flight_figures(tmp_path / 'bag', tmp_path)
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """Return the figures that are drawn from here on, still to be looked into."""
+    kept, canvas = [], style.canvas
+
+    @contextmanager
+    def keeping(*size_and_path):
+        with canvas(*size_and_path) as figure:
+            kept.append(figure)
+            yield figure
+
+    monkeypatch.setattr(style, 'canvas', keeping)
+    return kept
+
+
+def test_an_aircraft_is_drawn_in_the_axes_of_its_file(tmp_path, drawn):
+    """What has a place in the file is drawn there; the nose up, and to the left from the left."""
+    model = models.build(wings.shipped_aircraft('canard'))
+    plots.aircraft_figure(model, survey.survey(model), tmp_path / 'canard.png')
+    figure, = drawn
+    above, _, ahead, left = figure.axes
+    engine, cg = model.aircraft.engines[0].position_G, model.aircraft.mass.cg_G
+    for axes, (across, up), inverted, words in (
+            (above, (1, 0), (False, True), ('y, to the right [m]', 'x, aft [m]')),
+            (ahead, (1, 2), (True, False), ('y, to the right [m]', 'z, up [m]')),
+            (left, (0, 2), (False, False), ('x, aft [m]', 'z, up [m]'))):
+        there = {line.get_label(): line.get_xydata()[0] for line in axes.lines
+                 if len(line.get_xydata())}
+        for name, place in (('engine', engine), ('centre of gravity', cg)):
+            assert there[name] == pytest.approx([place[across], place[up]], abs=1e-12)
+        assert (axes.xaxis_inverted(), axes.yaxis_inverted()) == inverted
+        assert (axes.get_xlabel(), axes.get_ylabel()) == words
+    # The foreplane's leading edge and the fin's top are the ends of what is drawn of surfaces.
+    points = np.concatenate([path.vertices for each in left.collections[1:]
+                             for path in each.get_paths()])
+    sections = [section.leading_edge_G for surface in model.aircraft.surfaces
+                for section in surface.sections]
+    assert points[:, 0].min() == pytest.approx(min(x for x, _, _ in sections), abs=1e-9)
+    assert points[:, 1].max() == pytest.approx(max(z for _, _, z in sections), abs=1e-9)
+
+
+def test_why_a_strip_may_exceed_its_section_is_said_where_it_may(data, tmp_path, drawn):
+    """Of the closure that averages along the span, and where the line is drawn."""
+    instant = replace(data, time=data.time[:1], alpha=None, position=None, beta=None)
+    local = replace(instant, strips=replace(data.strips, averaged=False))
+    for flight, said in ((instant, True), (local, False)):
+        assert [path.stem for path in flights.draw_flight(flight, tmp_path)] == ['strip_cl']
+        words = ' '.join(text.get_text() for text in drawn.pop().findobj(Text))
+        assert ('One strip may lie above' in words) == said
 
 
 def test_silhouette_has_the_aircrafts_size_and_looks_forward():

@@ -443,6 +443,7 @@ def test_the_slider_moves_loading_points_aircraft_and_the_line_in_time(opened, o
     page.locator('#events button.recovery').click()
     wait_for(next(event['frame'] for event in data['events'] if event['kind'] == 'recovery'))
     assert page.evaluate('document.documentElement.scrollWidth') == size[0]
+    assert 'One strip may lie above the line' in page.text_content('#loading-hint')
 
 
 @pytest.mark.browser

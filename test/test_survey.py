@@ -10,11 +10,28 @@ import numpy as np
 import pytest
 import wings
 
-from poststall_sim import cli, definition, survey, trim
+from poststall_sim import cli, definition, derivative_analysis, polar, survey, trim
 from poststall_sim.aero import model as models
 from poststall_sim.aircraft import MassProperties, Section, Surface
 from poststall_sim.controls import Effector
+from poststall_sim.frames import GRAVITY, body_to_stability, geometry_to_body
 from poststall_sim.state import Status
+
+PLANE = """plane
+0.0
+0 0 0
+0.4 0.2 2.0
+0.05 0.0 0.0
+SURFACE
+wing
+4 1 12 1
+YDUPLICATE
+0.0
+SECTION
+0.0 0.0 0.0 0.2 1.0
+SECTION
+0.0 1.0 0.05 0.2 0.0
+"""
 
 
 @pytest.fixture(scope='module')
@@ -23,9 +40,14 @@ def trainer():
     return models.build(wings.shipped_aircraft('trainer'))
 
 
+def findings(model):
+    """Return what is odd about an aircraft."""
+    return survey.findings(model, survey.survey(model), survey.stall(model))
+
+
 def found(model):
     """Return the subjects of what is odd about an aircraft."""
-    return [each.subject for each in survey.findings(model, survey.survey(model))]
+    return [each.subject for each in findings(model)]
 
 
 def changed(trainer, **change):
@@ -110,8 +132,7 @@ def test_a_v_tail_is_level_to_45_deg_and_two_fins_beyond_and_what_mixes_it_wrong
         assert figures.authority['elevator'][1] < -0.3 and figures.authority['rudder'][2] < -0.02
         assert abs(figures.authority['elevator'][2]) < 1e-9
     wrong = v_tailed(trainer, 50.0, level)
-    elevator, = (each for each in survey.findings(wrong, survey.survey(wrong))
-                 if each.subject == 'elevator')
+    elevator, = (each for each in findings(wrong) if each.subject == 'elevator')
     assert 'vee is steeper than 45 deg' in elevator.what and 'gain -1 on the' in elevator.advice
     assert not {'vertical tail', 'horizontal tail volume'} & set(found(wrong))
 
@@ -120,7 +141,7 @@ def test_a_centre_of_gravity_far_aft_is_no_small_tail(trainer):
     """Its place for the least margin is said, and is right; nothing is said of the tail."""
     mass = trainer.aircraft.mass
     far = changed(trainer, mass=replace(mass, cg_G=(0.9, *mass.cg_G[1:])))
-    subjects = {each.subject: each for each in survey.findings(far, survey.survey(far))}
+    subjects = {each.subject: each for each in findings(far)}
     assert 'static margin' in subjects and not {each for each in subjects if 'tail' in each}
     to = float(subjects['static margin'].advice.split('to x = ')[1].split(' m')[0])
     there = changed(trainer, mass=replace(mass, cg_G=(to, *mass.cg_G[1:])))
@@ -147,7 +168,7 @@ def test_show_draws_and_writes(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert cli.main(['show', 'trainer', '--plot', 'trainer.png', '--avl', 'back.avl']) == 0
     said = capsys.readouterr().out
-    assert 'static margin' in said and '0.612' in said
+    assert 'static margin' in said and '0.612' in said and 'stall speed 8.62 m/s' in said
     assert (tmp_path / 'trainer.png').stat().st_size > 20_000
     assert definition.aircraft(tmp_path / 'back.avl').mass.mass == 9.0
 
@@ -197,19 +218,97 @@ def test_ailerons_that_move_together_are_called_that_and_no_sign_is_claimed(trai
     flaps = replace(aileron, effectors=tuple(replace(e, gain=1.0) for e in aileron.effectors))
     model = changed(trainer, controls=(flaps, *others))
     figures = survey.survey(model)
-    finding, = survey.findings(model, figures)
+    finding, = survey.findings(model, figures, None)
     assert finding.subject == 'aileron' and survey.backwards(figures) == ()
     assert finding.what == 'right and left move together: it does not roll'
 
 
 def test_sections_far_from_their_reynolds_numbers_are_found(trainer):
-    """Level at the stall 9 kg on 1.28 m^2 with a greatest lift of 1.5 fly 8.7 m/s: 2.4e5."""
+    """Level at the stall 9 kg on 1.28 m^2 with a greatest lift of 1.5 fly 8.6 m/s: 2.4e5."""
     wing, tail = trainer.aircraft.airfoils
     for factor, odd in ((1.0, []), (3.0, ['sections'])):
         model = changed(trainer, airfoils=(replace(wing, reynolds=factor * wing.reynolds), tail))
         assert found(model) == odd
-    finding, = survey.findings(model, survey.survey(model))
+    finding, = findings(model)
     assert finding.what.endswith('its tables are of 1.2e+06')
+
+
+def test_at_the_stall_speed_the_greatest_lift_is_the_weight(trainer):
+    """The lift of the lattice in newtons; a degree to both sides it is less."""
+    stall, air = survey.stall(trainer), trainer.atmosphere.at(0.0)
+    weight = trainer.aircraft.mass.mass * GRAVITY
+    lifts = [-body_to_stability(geometry_to_body(each.aero.force_G), each.condition.alpha)[2]
+             for each in polar.sweep(trainer, [polar.Condition(
+                 stall.alpha + math.radians(turn)) for turn in (-1.0, 0.0, 1.0)],
+                 airspeed=stall.airspeed, density=air.density)]
+    # To what the closure's tolerance of 1e-5 rad leaves.
+    assert lifts[1] == pytest.approx(weight, rel=1e-4) and lifts[1] == max(lifts)
+    high = trainer.atmosphere.at(3000.0)
+    assert polar.stall(trainer.aircraft, [0.2, 0.3, 0.4], [1.0, stall.lift, 1.2], high.density) \
+        .airspeed == pytest.approx(stall.airspeed * math.sqrt(air.density / high.density))
+
+
+@pytest.mark.parametrize('lifts', [
+    [], [1.0], [0.5, 1.0, 1.5], [1.5, 1.0, 0.5], [-3.0, -1.0, -2.0]])
+def test_a_polar_whose_lift_is_greatest_at_an_end_has_no_stall(trainer, lifts):
+    assert polar.stall(trainer.aircraft, 0.1 * np.arange(len(lifts)), lifts, 1.2) is None
+
+
+def test_a_polar_ends_with_its_stall_and_only_where_it_is_one(tmp_path, capsys, monkeypatch):
+    """The same as the survey's; in attached flow, sideslip or rotation nothing stalls."""
+    monkeypatch.chdir(tmp_path)
+    words = ['polar', '--alpha', '16:20:1', '--json', 'polar.json']
+    for more, said in (([], True), (['--altitude', '3000'], True), (['--beta', '5'], False),
+                       (['--p', '0.05'], False), (['--no-decambering'], False)):
+        assert cli.main([*words, *more]) == 0
+        result = json.loads((tmp_path / 'polar.json').read_text())
+        assert ('stall speed' in capsys.readouterr().out) == said == (result['stall'] is not None)
+        if not more:
+            stall = survey.stall(models.build(wings.shipped_aircraft('trainer')))
+            # Found along other angles: the same to what the closure's tolerance leaves.
+            assert result['stall']['airspeed_m_s'] == pytest.approx(stall.airspeed, rel=1e-4)
+            assert result['stall']['alpha_deg'] == pytest.approx(math.degrees(stall.alpha))
+
+
+def test_the_static_margin_of_the_survey_is_that_of_attached_derivatives(trainer):
+    """Both take differences of the same flow; with the sections' curves it is another."""
+    attached = replace(trainer, settings=replace(trainer.settings, decambering=False))
+    margins = [next(derivative_analysis.along(
+        model, [survey.ALPHA], beta=0.0, deflected=np.zeros(3), airspeed=15.0,
+        altitude=0.0))['static_margin'] for model in (attached, trainer)]
+    assert margins[0] == pytest.approx(survey.survey(trainer).static_margin, abs=1e-5)
+    assert 0.001 < margins[0] - margins[1] < 0.01
+
+
+def test_a_new_aircraft_has_its_guesses_to_three_digits(tmp_path, monkeypatch):
+    """Inertias, thrust and where it ends; and masses that an AVL file leaves open."""
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(['new', 'mine', '--span', '1.9', '--chord', '0.23', '--mass', '2.37']) == 0
+    (tmp_path / 'plane.avl').write_text(PLANE)
+    assert cli.main(['new', 'other', '--from', 'plane.avl']) == 0
+    for name in ('mine', 'other'):
+        aircraft = definition.aircraft(f'{name}.yaml')
+        engine, = aircraft.engines
+        for value in (*np.diag(aircraft.mass.inertia_B), engine.static_thrust,
+                      engine.zero_thrust_airspeed, aircraft.mass.mass):
+            assert value == float(f'{value:.3g}')
+
+
+def test_sections_that_stand_in_for_unknown_ones_are_found_until_there_are_tables(
+        tmp_path, monkeypatch):
+    """Of an AVL file, and then of what was made of it; no shipped section is one."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'plane.avl').write_text(PLANE)
+    assert cli.main(['new', 'other', '--from', 'plane.avl']) == 0
+    other = definition.aircraft('other.yaml')
+    said, = (each.what for each in findings(models.build(other)) if each.subject == 'sections')
+    assert said == 'flat of wing: past the stall one generic plate, before it without drag'
+    table = replace(wings.shipped_aircraft('trainer').airfoils[0], name='flat')
+    known = models.build(replace(other, airfoils=(table,)))
+    assert not [each for each in findings(known) if 'generic plate' in each.what]
+    there = definition.aircraft('plane.avl')
+    assert [each.subject for each in findings(models.build(there))
+            if 'generic plate' in each.what] == ['assumed']
 
 
 def test_new_from_avl_writes_the_same_lattice(tmp_path, monkeypatch):

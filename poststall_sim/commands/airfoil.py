@@ -77,8 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
     study = airfoil_study.read(
         arguments.file, Format(arguments.form) if arguments.form else None, _asked(arguments))
     ratio, strips = arguments.wing
-    with terminal.patience():
-        result = airfoil_study.result(study, aspect_ratio=ratio, strips=strips)
+    result = airfoil_study.result(study, aspect_ratio=ratio, strips=strips)
     if arguments.measured:
         result = airfoil_study.with_measured(result, arguments.measured)
     terminal.print_rows(result['airfoil'], _rows(result))

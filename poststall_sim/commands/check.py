@@ -24,9 +24,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Print the findings; return the exit code."""
     from poststall_sim import survey, surveying
     model = solver.model(arguments)
-    figures = survey.survey(model)
-    found = survey.findings(model, figures)
+    figures, stall = survey.survey(model), survey.stall(model)
+    found = survey.findings(model, figures, stall)
     terminal.say('\n'.join(surveying.findings(found)) or f'{model.aircraft.name}: nothing odd')
     terminal.write_json(arguments.json, {
-        **solver.head(arguments, model), **surveying.result(figures, found)})
+        **solver.head(arguments, model), **surveying.result(figures, stall, found)})
     return 1 if found and arguments.strict else 0

@@ -113,15 +113,13 @@ def run(arguments: argparse.Namespace) -> int:
             if values.given(getattr(arguments, name)):
                 raise ConfigError(f'--{name.replace("_", "-")} has no effect with --resume: the '
                                   'flight goes on as saved')
-        with terminal.patience():
-            flight = jobs.resumed(model, arguments.resume, duration)
+        flight = jobs.resumed(model, arguments.resume, duration)
     else:
         weather = _weather(arguments, scenario.weather, altitude)
         try:
-            with terminal.patience():
-                flight = simulation.start(
-                    model.aircraft, model.settings, airspeed=airspeed, altitude=altitude,
-                    atmosphere=model.atmosphere, weather=weather)
+            flight = simulation.start(
+                model.aircraft, model.settings, airspeed=airspeed, altitude=altitude,
+                atmosphere=model.atmosphere, weather=weather)
         except ConfigError as error:
             raise jobs.NoResultError(trim_jobs.explained(str(error))) from None
     with _recorder(arguments.record, flight, scenario.name) as recorder:

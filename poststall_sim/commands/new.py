@@ -58,8 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
         wing, tail = (definition.airfoil(definition.find(definition.Kind.AIRFOIL, each))
                       for each in (_WING, _TAIL))
         numbers = sizing.Numbers(**given)
-        with terminal.patience():
-            aircraft = sizing.conventional(name, numbers, wing, tail)
+        aircraft = sizing.conventional(name, numbers, wing, tail)
         remarks = (
             f'{name}: span {numbers.span:g} m, chord {numbers.chord:g} m, {numbers.mass:g} kg.',
             '',
@@ -91,8 +90,7 @@ def _our_way_round(aircraft):
 
     from poststall_sim import survey
     from poststall_sim.aero import model as models
-    with terminal.patience():
-        found = survey.backwards(survey.survey(models.build(aircraft)))
+    found = survey.backwards(survey.survey(models.build(aircraft)))
     controls = tuple(each.reversed() if each.name in found else each
                      for each in aircraft.controls)
     return replace(aircraft, controls=controls), tuple(

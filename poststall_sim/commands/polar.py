@@ -80,6 +80,7 @@ def _add_study(group) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Print the coefficients; write or draw them as asked; return the exit code."""
     from poststall_sim import jobs
+    from poststall_sim.aero.decambering import Closure
     from poststall_sim.aircraft import ConfigError
     start, earlier = arguments.start
     up_and_down = arguments.sweep == 'updown'
@@ -99,15 +100,22 @@ def run(arguments: argparse.Namespace) -> int:
                    up_and_down=up_and_down, random_starts=arguments.starts, seed=seed,
                    starts=jobs.given_starts(model, conditions, earlier) if earlier else None),
         len(conditions) * (1 + up_and_down) - up_and_down, 'polar'))
+    # In attached flow, in sideslip or in rotation it would be no flight at the stall.
+    straight = model.settings.decambering and not any((arguments.beta, *rates))
+    found = jobs.stall(model, points, altitude=arguments.altitude) if straight else None
     result = {
         **solver.head(arguments, model), 'axes': jobs.AXES, 'strip_axes': jobs.STRIP_AXES,
         'airspeed_m_s': arguments.airspeed, 'altitude_m': arguments.altitude,
         'rates': dict(zip(('pb_2V', 'qc_2V', 'rb_2V'), rates)), 'deflections_deg': by_name,
-        'start': start, 'sweep': arguments.sweep, 'seed': seed, 'points': points}
+        'start': start, 'sweep': arguments.sweep, 'seed': seed,
+        'stall': found and jobs.stalled(found), 'points': points}
     counted = ('solutions',) if arguments.starts else ()
     terminal.print_table(
-        ('alpha', *jobs.COEFFICIENTS, 'CDi_far', 'stalled', 'iterations', 'residual', 'uniqueness',
-         *counted, ''), (_row(point) for point in points))
+        ('alpha [deg]', *jobs.COEFFICIENTS, 'CDi_far', 'stalled strips', 'iterations',
+         'residual [rad]' if model.settings.closure is Closure.NONLOCAL else 'residual',
+         'uniqueness', *counted, ''), (_row(point) for point in points))
+    if found:
+        terminal.say(jobs.stall_words(found, model, arguments.altitude))
     terminal.write_json(arguments.json, result)
     if arguments.plot:
         from poststall_sim import plots

@@ -30,16 +30,17 @@ def run(arguments: argparse.Namespace) -> int:
     from poststall_sim import avl_mass, avl_writer, survey, surveying
     model = solver.model(arguments)
     aircraft = model.aircraft
-    figures = survey.survey(model)
-    found = survey.findings(model, figures)
+    figures, stall = survey.survey(model), survey.stall(model)
+    found = survey.findings(model, figures, stall)
     terminal.say(f'{aircraft.name}: {aircraft.mass.mass:.4g} kg, centre of gravity at x = '
                  f'{aircraft.mass.cg_G[0]:.4g} m, {model.lattice.strips} strips')
     terminal.print_table(*surveying.surfaces(figures))
-    terminal.print_rows('', surveying.lines(figures))
+    terminal.say(f'\n{surveying.stall_line(stall, model)}')
+    terminal.print_rows(f'in {survey.FLOW}, controls neutral:', surveying.lines(figures))
     if found:
         terminal.say('\n'.join(['', *surveying.findings(found)]))
     terminal.write_json(arguments.json, {
-        **solver.head(arguments, model), **surveying.result(figures, found)})
+        **solver.head(arguments, model), **surveying.result(figures, stall, found)})
     if arguments.avl:
         arguments.avl.write_text(avl_writer.text(aircraft, model.settings.chordwise))
         masses = arguments.avl.with_suffix('.mass')

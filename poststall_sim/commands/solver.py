@@ -80,8 +80,7 @@ def model(arguments: argparse.Namespace, atmosphere: Atmosphere = STANDARD):
              'sea_level_pressure': None if arguments.qnh is None else 100.0 * arguments.qnh}
     atmosphere = replace(
         atmosphere, **{name: value for name, value in given.items() if value is not None})
-    with terminal.patience():
-        return models.build(cut, settings, atmosphere)
+    return models.build(cut, settings, atmosphere)
 
 
 def _of_surfaces(option: str, given: list[dict[str, float]], names: list[str],

@@ -231,10 +231,11 @@ def _tasks(arguments: argparse.Namespace, model) -> Iterable:
 
 def _table(found: list[dict]) -> tuple[tuple[str, ...], list[list[str]]]:
     """Return the head and the cells of the table; what is 0 everywhere is left out."""
-    columns = [('V [m/s]', 'airspeed_m_s', 3), ('alpha', 'alpha_deg', 3), ('beta', 'beta_deg', 3),
-               ('bank', 'bank_deg', 3), ('turn [deg/s]', 'turn_rate_deg_s', 3),
-               ('pull [deg/s]', 'pull_rate_deg_s', 3), ('throttle', 'throttle', 4),
-               ('climb', 'climb_angle_deg', 3), ('sink [m/s]', 'sink_rate_m_s', 3)]
+    columns = [('V [m/s]', 'airspeed_m_s', 3), ('alpha [deg]', 'alpha_deg', 3),
+               ('beta [deg]', 'beta_deg', 3), ('bank [deg]', 'bank_deg', 3),
+               ('turn [deg/s]', 'turn_rate_deg_s', 3), ('pull [deg/s]', 'pull_rate_deg_s', 3),
+               ('throttle', 'throttle', 4), ('climb [deg]', 'climb_angle_deg', 3),
+               ('sink [m/s]', 'sink_rate_m_s', 3)]
     shown = [column for column in columns if column[1] not in (
         'beta_deg', 'bank_deg', 'turn_rate_deg_s', 'pull_rate_deg_s')
         or any(abs(each[column[1]]) > 5e-4 for each in found)]
@@ -244,7 +245,7 @@ def _table(found: list[dict]) -> tuple[tuple[str, ...], list[list[str]]]:
     # A part that has a control of its own name stands where that does.
     parts = [name for name in (found[0].get('failed_parts', {}) if found else {})
              if name not in controls]
-    head = ('', *(title for title, _, _ in shown), *(name.removesuffix('_deg')
+    head = ('', *(title for title, _, _ in shown), *(f'{name.removesuffix("_deg")} [deg]'
                                                      for name in (*controls, *parts)),
             'residual', '')
     return head, [

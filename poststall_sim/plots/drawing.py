@@ -10,20 +10,24 @@ import numpy as np
 
 from poststall_sim import silhouette
 from poststall_sim.aero.model import Model
-from poststall_sim.frames import FloatArray, geometry_to_body, swap_body_flu
+from poststall_sim.frames import FloatArray, body_to_geometry, swap_body_flu
 from poststall_sim.plots import style
 from poststall_sim.survey import Survey
 
 _TURN, _TILT = math.radians(35.0), math.radians(30.0)
+_X, _Y, _Z = np.eye(3)
 _VIEWS = {
-    # Rows turn (x forward, y left, z up) into across and up on the paper.
-    'from above': np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]),
+    # Rows turn points of the geometry (x aft, y right, z up) into across and up on the paper.
+    'from above': np.array([_Y, _X]),
     'isometric': np.array([
-        [math.sin(_TURN), -math.cos(_TURN), 0.0],
-        [math.cos(_TURN) * math.sin(_TILT), math.sin(_TURN) * math.sin(_TILT),
+        [-math.sin(_TURN), math.cos(_TURN), 0.0],
+        [-math.cos(_TURN) * math.sin(_TILT), -math.sin(_TURN) * math.sin(_TILT),
          math.cos(_TILT)]]),
-    'from ahead': np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
-    'from the left': np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])}
+    'from ahead': np.array([_Y, _Z]),
+    'from the left': np.array([_X, _Z])}
+_LABELS = {'from above': ('y, to the right [m]', 'x, aft [m]'),
+           'from ahead': ('y, to the right [m]', 'z, up [m]'),
+           'from the left': ('x, aft [m]', 'z, up [m]')}
 _COLOURS = (style.STALLED, style.SECOND, style.THIRD, style.LIMIT, style.ATTACHED)
 
 
@@ -35,11 +39,18 @@ def draw_aircraft(model: Model, figures: Survey, path: Path) -> Path:
             _view(panel, model, figures, view)
             panel.set_title(name)
             panel.set_aspect('equal', adjustable='datalim')
-            panel.set_xlabel('[m]')
+            if name in _LABELS:
+                panel.set(xlabel=_LABELS[name][0], ylabel=_LABELS[name][1])
+            else:   # a place on the paper is no place on an axis
+                panel.tick_params(labelbottom=False, labelleft=False, length=0.0)
+        axes[0, 0].yaxis.set_inverted(True)   # the nose up
+        axes[1, 0].xaxis.set_inverted(True)   # who looks from ahead has the right wing to the left
         axes[0, 0].set_title(f'{model.aircraft.name}, from above')
         handles, labels = axes[0, 0].get_legend_handles_labels()
         unique = dict(zip(labels, handles))
         figure.legend(unique.values(), unique.keys(), loc='outside lower center', ncols=4)
+        figure.suptitle('Axes of the aircraft file, from its origin', fontsize=9.5, x=0.01,
+                        ha='left', color='#6B7178')
     return path
 
 
@@ -48,11 +59,14 @@ def _view(panel, model: Model, figures: Survey, view: FloatArray) -> None:
     aircraft, lattice = model.aircraft, model.lattice
 
     def paper(points_G) -> FloatArray:
-        points = np.asarray(points_G) - aircraft.mass.cg_G
-        return swap_body_flu(geometry_to_body(points)) @ view.T
+        return np.asarray(points_G) @ view.T
+
+    def drawn(polygons: silhouette.Polygons) -> list[FloatArray]:
+        return [paper(aircraft.mass.cg_G + body_to_geometry(swap_body_flu(each)))
+                for each in polygons]
 
     panel.add_collection(PolyCollection(
-        [polygon @ view.T for polygon in silhouette.fuselage(aircraft)],
+        drawn(silhouette.fuselage(aircraft)),
         facecolor='none', edgecolor=style.FAINT, linewidth=0.8))
     for grid in lattice.grids:
         strips = grid.strips.stop - grid.strips.start
@@ -66,8 +80,7 @@ def _view(panel, model: Model, figures: Survey, view: FloatArray) -> None:
         alone = replace(aircraft, controls=(control,))
         moved = silhouette.movables(alone, np.zeros(len(alone.movables)))
         panel.add_collection(PolyCollection(
-            [polygon @ view.T for polygon in moved],
-            facecolor=_COLOURS[k % len(_COLOURS)], alpha=0.6, linewidth=0.0))
+            drawn(moved), facecolor=_COLOURS[k % len(_COLOURS)], alpha=0.6, linewidth=0.0))
         panel.plot([], [], color=_COLOURS[k % len(_COLOURS)], linewidth=6, alpha=0.6,
                    label=control.name)
     wing = figures.planforms[0]

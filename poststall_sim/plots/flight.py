@@ -13,6 +13,9 @@ from poststall_sim.plots.bag import FlightData
 from poststall_sim.plots.strips import StripData
 from poststall_sim.recording import BagError
 
+_ABOVE = ('One strip may lie above the greatest $C_l$ of its section: by the non-local closure '
+          'that holds for the mean over about a chord of the span.')
+
 
 def draw_flight(flight: FlightData, output_dir: Path) -> list[Path]:
     """Draw every figure that the flight has the data for."""
@@ -161,9 +164,15 @@ def _strip_cl(flight: FlightData, path: Path) -> None:
         _draw_instants(panels, flight)
         handles = {label: handle for axes in panels
                    for handle, label in zip(*axes.get_legend_handles_labels())}
-        figure.legend(handles.values(), handles.keys(), loc='outside lower center',
+        # At the top: notes stand at the bottom, and would lie on it.
+        figure.legend(handles.values(), handles.keys(), loc='outside upper center',
                       ncols=len(handles))
-        style.note(figure, flight.notes)
+        style.note(figure, [*([_ABOVE] if _may_exceed(flight.strips) else []), *flight.notes])
+
+
+def _may_exceed(strips: StripData) -> bool:
+    """Tell whether strips may lie above the line of greatest lift that is drawn with them."""
+    return strips.cl_max is not None and strips.averaged
 
 
 def _draw_instants(panels, flight: FlightData) -> None:
@@ -293,7 +302,8 @@ def _summary(flight: FlightData, path: Path) -> None:
             _draw_instants(panels, flight)
             if flight.strips.cl_max is not None and flight.strips.recovered():
                 panels[1].annotate(
-                    'greatest $C_l$ of the section',
+                    'greatest $C_l$ of the section'
+                    + ',\nof the mean over a chord of span' * flight.strips.averaged,
                     (0.0, flight.strips.cl_max[flight.strips.wing].mean()), xytext=(0, -5),
                     textcoords='offset points', fontsize=7.5, ha='center', va='top',
                     color=style.LIMIT)

@@ -38,7 +38,8 @@ class StripData:
 
     y, chord (k,) [m] in base_link; cl [-]; alpha, delta [rad]; stalled: past the section's
     greatest or least lift; cl_max (k,) [-] of the sections; groups: the surfaces, the wing (the
-    largest) first; fades: whether flaps lose their effect past the stall, see `aero.flaps`.
+    largest) first; averaged: by the non-local closure, which asks a section of the mean over
+    about a chord of the span, and by which flaps fade past the stall, see `aero.flaps`.
     """
 
     time: FloatArray
@@ -50,7 +51,7 @@ class StripData:
     stalled: np.ndarray | None
     cl_max: FloatArray | None
     groups: tuple[StripGroup, ...]
-    fades: bool
+    averaged: bool
 
     @property
     def wing(self) -> slice:
@@ -114,13 +115,14 @@ def strip_data(bag: Lookup, aircraft: Aircraft | None) -> StripData | None:
         like(topic) for topic in ('strip_alpha', 'strip_stalled', 'strip_cl_max', 'strip_chord'))
     closure = next((values['closure'] for *_, values in bag.diagnostics()
                     if 'closure' in values), Closure.NONLOCAL.value)
-    attached, fades = closure.startswith('off'), closure == Closure.NONLOCAL.value
+    attached, averaged = closure.startswith('off'), closure == Closure.NONLOCAL.value
     if attached:
         bag.notes.append('flown without decambering: attached flow at any angle')
     if stalled is not None:
         stalled = stalled > 0.5
     elif known is not None and alpha is not None:
-        angle = looked_up(bag.joints('joint_states'), known, aircraft, time, alpha, fades=fades)
+        angle = looked_up(bag.joints('joint_states'), known, aircraft, time, alpha,
+                          fades=averaged)
         stalled = (angle > known.stall_high) | (angle < known.stall_low)
         if attached:
             stalled[:] = False
@@ -133,7 +135,8 @@ def strip_data(bag: Lookup, aircraft: Aircraft | None) -> StripData | None:
         cl_max = known.greatest_lift
     return StripData(
         time=time, y=y, chord=chord, cl=cl, alpha=alpha, delta=like('strip_decambering'),
-        stalled=stalled, cl_max=cl_max, groups=_groups(y, chord, known), fades=fades)
+        stalled=stalled, cl_max=cl_max, groups=_groups(y, chord, known),
+        averaged=averaged)
 
 
 def _lattice(bag: Lookup, aircraft: Aircraft | None, count: int,

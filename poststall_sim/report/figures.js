@@ -37,8 +37,9 @@ const poststallFigures = (colours) => {
     surfaceTrace: (group, number, more) => ({type: 'scatter', name: group.name, x: [], y: [],
       marker: {size: number ? 6 : 9, opacity: number ? 0.6 : 1, line: {width: 0}}, ...more})});
 
-  // Draws the span loading without its lift; returns the surfaces that are in it.
-  function drawLoading(strips) {
+  // Draws the span loading without its lift; returns the surfaces that are in it. averaged: say
+  // what the non-local closure does to it; the live page has no room, and is not told the closure.
+  function drawLoading(strips, averaged = false) {
     const {legend, small, surfaceTrace} = ofStrips(strips);
     const groups = strips.groups.filter((group) => !group.upright);
     const traces = groups.map((group, number) => surfaceTrace(group, number, {
@@ -53,7 +54,9 @@ const poststallFigures = (colours) => {
     }
     const half = 1.06 * Math.max(...strips.y.slice(wing.begin, wing.end).map(Math.abs));
     document.getElementById('loading-hint').innerHTML = legend + (strips.cl_max === null ? '' :
-      key(colours.limit, '- - greatest cl of the section')) + small(groups);
+      key(colours.limit, '- - greatest cl of the section')) + small(groups) +
+      (strips.cl_max === null || !averaged ? '' : ' One strip may lie above the line: by the ' +
+        'non-local closure it holds for the mean over about a chord of the span.');
     Plotly.newPlot('loading', traces, clean({
       margin: {l: 48, r: 10, t: 8, b: 42}, dragmode: false,
       xaxis: axis('y [m], port on the left', {range: [half, -half], fixedrange: true}),

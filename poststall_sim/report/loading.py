@@ -43,7 +43,7 @@ def angles(strips: StripData, lattice: Lattice | None, aircraft: Aircraft | None
     if strips.alpha is None or lattice is None or aircraft is None:
         return strips.alpha
     return looked_up(deflections, lattice, aircraft, strips.time, strips.alpha,
-                     fades=strips.fades)
+                     fades=strips.averaged)
 
 
 def curves(lattice: Lattice, strips: StripData, angle: FloatArray, *, airspeed: float,

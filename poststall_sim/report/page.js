@@ -25,7 +25,7 @@
     null : [...strips.stalled[frame]].map((each) => each === '1'), groups);
 
   function drawLoading() {
-    const groups = shared.drawLoading(strips);
+    const groups = shared.drawLoading(strips, page.averaged);
     drawn.push((frame) => Plotly.restyle('loading', marked(frame, groups), count(groups.length)));
   }
 

@@ -82,7 +82,7 @@ def _strips(result: Mapping[str, Any]) -> StripData:
         time=np.arange(len(each), dtype=float), y=y, chord=None, cl=column['cl'],
         alpha=np.radians(column['alpha_deg']), delta=np.radians(column['delta_deg']),
         stalled=column['stalled'], cl_max=None, groups=tuple(groups),
-        fades=settings['decambering'] and settings['closure'] == Closure.NONLOCAL.value)
+        averaged=settings['decambering'] and settings['closure'] == Closure.NONLOCAL.value)
 
 
 def _lattice(result: Mapping[str, Any], aircraft: Aircraft, strips: StripData) -> Lattice | None:
