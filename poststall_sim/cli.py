@@ -13,7 +13,7 @@ import re
 import sys
 from typing import Any
 
-from poststall_sim import __version__, completion, terminal
+from poststall_sim import __version__, completion, interrupts, terminal
 from poststall_sim import option_values as values
 from poststall_sim.commands import (
     airfoil,
@@ -60,7 +60,8 @@ def _run(argv: list[str]) -> int:
     from poststall_sim.aircraft import ConfigError
     from poststall_sim.jobs import NoResultError
     try:
-        with terminal.telling_of_compiling(), terminal.leaving_output_to(arguments.json):
+        with interrupts.not_in_the_compiler(), terminal.telling_of_compiling(), \
+                terminal.leaving_output_to(arguments.json):
             code = arguments.run(arguments)
         sys.stdout.flush()   # here, where it is known what a broken pipe means
         return code

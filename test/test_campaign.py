@@ -23,7 +23,7 @@ pytest.importorskip('pyarrow', reason='pyarrow is not installed: see extra campa
 pytest.importorskip('xarray', reason='xarray is not installed: see extra campaign')
 pytest.importorskip('zarr', reason='zarr is not installed: see extra campaign')
 
-from poststall_sim.campaign import absence, cases, compute, engine, interrupts, job, table
+from poststall_sim.campaign import absence, cases, compute, engine, job, table
 from poststall_sim.campaign import definition as files
 
 HISTORIES = campaigns.BRIEF + 'keep: {history_every_s: 0.02}\n'
@@ -291,24 +291,6 @@ def test_an_interrupt_while_kernels_are_compiled_is_one_line(tmp_path, monkeypat
     monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path / 'kernels'))   # none of which is there
     test_an_interrupt_in_the_first_seconds_is_one_line_and_leaves_no_process(
         tmp_path, compiling, after, GO_ON)
-
-
-def test_an_interrupt_in_a_call_from_the_compiler_waits_for_its_end():
-    """What is raised in a function that LLVM calls is printed and lost, and the kernel too."""
-    called, ended = {'__name__': 'llvmlite.binding.executionengine'}, []
-    exec('def notify(raise_signal, number, ended):\n'
-         '    raise_signal(number)\n'
-         '    ended.append(True)\n', called)
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            with interrupts.not_in_the_compiler():
-                called['notify'](signal.raise_signal, signal.SIGINT, ended)
-                assert ended
-                time.sleep(10.0)
-        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def alive(session):

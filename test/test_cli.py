@@ -8,15 +8,17 @@ import math
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numba
 import numpy as np
 import pytest
 
-from poststall_sim import __version__, cli, definition, jobs, simulation, terminal
+from poststall_sim import __version__, cli, definition, interrupts, jobs, simulation, terminal
 from poststall_sim.aero import model as models
 from poststall_sim.frames import GRAVITY
 
@@ -492,3 +494,21 @@ def test_compiling_is_said_once_where_it_takes_long_and_not_where_kernels_are_lo
     assert said_while_compiling(tmp_path, monkeypatch, capsys, name, 0.0) == ''
     (tmp_path / f'{name}.py').write_text((tmp_path / f'{name}.py').read_text() + '\n')
     assert said_while_compiling(tmp_path, monkeypatch, capsys, name, 600.0) == ''
+
+
+def test_an_interrupt_in_a_call_from_the_compiler_waits_for_its_end():
+    """What is raised in a function that LLVM calls is printed and lost, and the kernel too."""
+    called, ended = {'__name__': 'llvmlite.binding.executionengine'}, []
+    exec('def notify(raise_signal, number, ended):\n'
+         '    raise_signal(number)\n'
+         '    ended.append(True)\n', called)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            with interrupts.not_in_the_compiler():
+                called['notify'](signal.raise_signal, signal.SIGINT, ended)
+                assert ended
+                time.sleep(10.0)
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)

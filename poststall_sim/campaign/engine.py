@@ -21,9 +21,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from poststall_sim import __version__, threads
+from poststall_sim import __version__, interrupts, threads
 from poststall_sim.campaign import case as cases
-from poststall_sim.campaign import compute, interrupts
+from poststall_sim.campaign import compute
 from poststall_sim.campaign.case import Case, Flying, Outcome, Result
 
 TRIES = 2

@@ -14,7 +14,6 @@ from poststall_sim.campaign import (
     compute,
     definition,
     engine,
-    interrupts,
     measures,
     pilots,
     table,
@@ -64,8 +63,7 @@ def run(campaign: Campaign, folder: Path, *, watch: Watch, scheduler: str | None
         left = total - len(store.done)
         if left:
             # Compiled here once, and loaded by the workers, not compiled in each of them.
-            with interrupts.not_in_the_compiler():
-                compute.warm(builder.case(0))
+            compute.warm(builder.case(0))
             with engine.cluster(scheduler, workers,
                                 Path(campaign.where.file).absolute().parent) as client:
                 if scheduler is not None:   # to machines that have not the user's files
