@@ -15,6 +15,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
+import stumbling_watch
 from browsers import SCREENS, Tab, chromium
 from processes import LIMIT, Probe, Reports, nanoseconds, starter
 from scripted_page import Scripted
@@ -264,8 +265,8 @@ def test_pages_show_what_the_topics_say(flight, pages):
         ('odom', Odometry), ('joint_states', JointState), ('joint_targets', JointState),
         ('strip_cl', Float64MultiArray), ('strip_stalled', Float64MultiArray),
         *((f'air_data/{name}', Float64) for name in ('airspeed', 'alpha', 'load_factor')))}
-    assert page.connect() == 101
     probe.spin_until(lambda: all(heard.values()), 'all topics')
+    assert page.connect() == 101
 
     def told():
         """Return what the topics said last."""
@@ -392,14 +393,11 @@ def test_without_control_or_without_the_key_no_page_flies(flight, pages):
 
 @marked
 def test_a_simulator_whose_answer_gets_lost_is_asked_again(probe):
-    """A server drops an answer to somebody whom it has not discovered yet. Places come later."""
+    """A server drops an answer to somebody whom it has not discovered yet."""
     import rclpy
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
     from nav_msgs.msg import Odometry
-    from rcl_interfaces.msg import ParameterValue
     from rcl_interfaces.srv import GetParameters
-    from rclpy.qos import DurabilityPolicy, QoSProfile
-    from std_msgs.msg import Float64MultiArray
 
     from poststall_sim.ros.watch import WatchNode
     # Nobody spins it: what it is asked is taken here, and not answered.
@@ -418,22 +416,9 @@ def test_a_simulator_whose_answer_gets_lost_is_asked_again(probe):
             reports.publish(said)
             with service.handle:
                 found = service.handle.service_take_request(GetParameters.Request)
-            return found if found[0] is not None else None
+            return found[0] is not None
         for _ in range(2):
-            _, header = probe.spin_until(asked, 'a question')
-        service.send_response(GetParameters.Response(values=[
-            ParameterValue(type=4, string_value='trainer'),
-            ParameterValue(type=9, string_array_value=['tail_1', 'wing_1'])]), header)
-
-        def setup():
-            return watch.scene.parts()['setup'][1]
-        probe.spin_until(lambda: setup()['limits'], 'the answer')
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        for name in ('strip_y', 'strip_cl_max'):
-            silent.create_publisher(Float64MultiArray, name, latched).publish(
-                Float64MultiArray(data=[0.1, 0.2]))
-        strips = probe.spin_until(lambda: setup()['strips'], 'the strips')
-        assert [group['name'] for group in strips['groups']] == ['tail', 'wing']
+            probe.spin_until(asked, 'a question')
     finally:
         probe.executor.remove_node(watch)
         watch.destroy_node()
@@ -525,6 +510,57 @@ def test_it_waits_for_a_simulator_misses_it_and_ends_at_a_signal(start, probe, p
         pass   # it was closed, not cut
 
 
+@marked
+def test_strips_have_their_names_also_where_these_come_first(start, probe, pages):
+    """Where strips are comes by topics, what they are called by a service: in any order."""
+    from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    from std_msgs.msg import Float64MultiArray
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    page = pages(address(start(SCRIPT, '--port', '0')))
+    page.connect()
+    probe.node.declare_parameter('aircraft', 'trainer')
+    probe.node.declare_parameter('strip_names', ['wing_1', 'wing_2', 'fin_1'])
+    reports = probe.publisher(DiagnosticArray, '/diagnostics')
+    said = DiagnosticArray(status=[DiagnosticStatus(name='probe: flight', hardware_id='trainer')])
+
+    def known():
+        reports.publish(said)
+        page.hear()
+        return page.parts['setup']['limits']
+    probe.spin_until(known, 'the limits')
+    assert page.parts['setup']['strips'] is None
+    for name, values in (('strip_y', [1.0, -1.0, 0.0]), ('strip_cl_max', [1.4, 1.4, 1.3])):
+        probe.node.create_publisher(Float64MultiArray, name, latched).publish(
+            Float64MultiArray(data=values))
+    strips = page.until(lambda parts: parts['setup']['strips'], 'the strips')
+    assert [group['name'] for group in strips['groups']] == ['wing', 'fin']
+
+
+@marked
+def test_an_exception_of_its_own_ends_it_with_a_traceback_and_pages_are_told_why(
+        start, probe, pages):
+    """What it went on to show would be of the past, and look as if it were not."""
+    from nav_msgs.msg import Odometry
+    process = start(stumbling_watch.SCRIPT, '--port', '0')
+    page = pages(address(process))
+    assert page.connect() == 101
+    publisher, said = probe.publisher(Odometry, '/odom'), Odometry()
+    said.pose.pose.orientation.w = 1.0
+    for altitude in (12.0, 13.0):
+        said.pose.pose.position.z = altitude
+        publisher.publish(said)
+        if altitude == 12.0:
+            page.until(lambda parts: parts.get('state', {}).get('altitude') == 12.0, 'the state')
+    while page.hear():
+        pass
+    assert page.goodbye.startswith('OSError: thirteen \u2014 far') and len(page.goodbye) == 121
+    assert process.ended() == 1
+    log = process.says()
+    assert log.count('Traceback') == 2 and 'in stumbling' in log   # where, and what it ended
+    assert log.rstrip().endswith('RuntimeError: the live page has stopped')
+
+
 @pytest.fixture(scope='module')
 def browser():
     yield from chromium()
@@ -571,6 +607,22 @@ def test_histories_are_of_what_is_known_and_of_the_aircraft_that_is_there(browse
         tab.until('document.getElementById("histories").data.at(-1).y.length')
         shown = lines()
         assert 'elevator' not in shown and shown['flap'] == [pytest.approx(math.degrees(0.2))]
+
+
+@pytest.mark.browser
+def test_a_page_whose_server_stumbles_says_that_it_has_stopped_and_why(browser, scripted):
+    scripted.show(0.0)
+    with Tab(browser, scripted.url, SCREENS[0], ends=True) as tab:
+        tab.until('document.getElementById("link").textContent === "flying"')
+        scripted.stumble()
+        text = 'document.getElementById("link").textContent'
+        tab.until(f'{text} !== "flying"')
+        said = tab.page.evaluate(text)
+        assert said.startswith('poststall watch has stopped, its terminal says where: JSONDecode')
+        assert scripted.process.wait(8.0) == 1
+        tab.page.wait_for_timeout(1200)   # it has tried again: that changes nothing
+        assert tab.page.evaluate(text) == said
+        assert tab.page.evaluate('document.body.classList.contains("stale")')
 
 
 @marked
@@ -624,7 +676,7 @@ def test_the_page_draws_and_its_slider_moves_the_aircraft(browser, flight, pages
 
         probe.spin_until(lambda: follows(told), 'the elevator where the slider is')
         tab.until(f'Math.abs({loading}[10] - {lift[10]}) > 0.02')
-        assert page.evaluate(alpha) != trimmed
+        tab.until(f'{alpha} !== {json.dumps(trimmed)}')
         if size[0] > 700:
             page.keyboard.press('ArrowUp')
             low, high = (math.radians(page.evaluate(f'Number({ELEVATOR}.{end})'))

@@ -40,6 +40,7 @@ class Page:
         self._socket = None
         self._heard = queue.SimpleQueue()
         self.parts = {}
+        self.goodbye = None
 
     async def _begin(self):
         return self._aiohttp.ClientSession()
@@ -70,6 +71,7 @@ class Page:
         try:
             while (message := await self._socket.receive()).type is self._aiohttp.WSMsgType.TEXT:
                 self._heard.put(message.data)
+            self.goodbye = message.extra
         finally:
             self._heard.put(None)
 
@@ -79,7 +81,7 @@ class Page:
                   self._socket.send_str(order if isinstance(order, str) else json.dumps(order)))
 
     def hear(self):
-        """Take the next part; false once the connection has been closed."""
+        """Take the next part; false once the connection has been closed, with which words."""
         data = self._heard.get(timeout=LIMIT)
         if data is None:
             self._heard.put(None)   # so it stays
