@@ -89,9 +89,11 @@ class DaskVectorEnv(VectorEnv):
             # Neighbours stay together, so that results come back in their order.
             self._shares = [slice(part[0], part[-1] + 1) for part in
                             np.array_split(np.arange(self.num_envs), len(addresses))]
-            self._actors = [made.result() for made in [
+            # Kept: a worker lets go of an actor with the last of the futures that it came of.
+            self._made = [
                 client.submit(Share, makers[share], actor=True, workers=[address], pure=False)
-                for share, address in zip(self._shares, addresses)]]
+                for share, address in zip(self._shares, addresses)]
+            self._actors = [made.result() for made in self._made]
             with client.as_current():   # an actor asks for its client once, when first called
                 spaces = self._all('spaces')
             self.single_observation_space, self.single_action_space = spaces[0]
