@@ -355,7 +355,8 @@ def test_pilot_and_recorder_make_a_bag_of_a_scenario(start, probe, tmp_path):
     simulator = start('simulator', ros=['-p', 'start_paused:=true'])
     recorder = start('recorder', '--output', str(tmp_path / 'bag'))
     picky = start('recorder', '--output', str(tmp_path / 'part'), '--topics', 'air_data/alpha',
-                  '/markers', 'strip_cl', '--exclude-topics', 'markers')
+                  '/markers', 'strip_cl', '--exclude-topics', 'markers',
+                  ros=['-r', '__node:=picky'])
     recorder.wait_for('ready')
     picky.wait_for('ready: 3 topics')   # /clock is listened to as well, and not recorded
     # A pilot begins as soon as he knows the airspeed, and whoever has not found him by then misses
@@ -366,6 +367,12 @@ def test_pilot_and_recorder_make_a_bag_of_a_scenario(start, probe, tmp_path):
     send_until(probe, probe.publisher(Float64, 'told/airspeed'), Float64(data=12.0),
                lambda: 'scenario begins' in pilot.says(), 'the scenario')
     assert pilot.ended(LIMIT) == 0
+    # A signal ends it with what it has not read yet. Of each topic it reads one message for every
+    # answer at the least, so this many take it past 2 s in which it may have stood still.
+    asked = probe.client(GetParameters, '/recorder/get_parameters')
+    for _ in range(100):
+        answer = asked.call_async(GetParameters.Request())
+        probe.spin_until(answer.done, 'an answer of the recorder')
     for process in (recorder, picky, simulator):
         process.send(signal.SIGINT)
     assert recorder.ended() == picky.ended() == simulator.ended() == 0
