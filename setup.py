@@ -102,7 +102,7 @@ setup(
             'simulator = poststall_sim.ros.simulator:main',
             'pilot = poststall_sim.ros.pilot:main',
             'autopilot = poststall_sim.ros.autopilot:main',
-            'poststall = poststall_sim.cli:main',
+            'poststall = poststall_sim.__main__:main',
         ],
     },
 )

@@ -216,8 +216,9 @@ def keys(kind: str) -> dict[str, Key]:
 
 def _listening(asked: dict[str, Key]) -> Iterator[tuple[str, Any]]:
     """Give the methods of a reader, each noting what it is asked for."""
-    words = {'number': 'number', 'number_if_any': 'number', 'count': 'whole number',
-             'boolean': 'true or false', 'text': 'text', 'name': 'name', 'choice': 'word',
+    words = {'value': 'any', 'number': 'number', 'number_if_any': 'number',
+             'count': 'whole number', 'boolean': 'true or false', 'text': 'text',
+             'name': 'name', 'choice': 'word',
              'vector': 'list of numbers', 'numbers': 'list of numbers',
              'rows': 'list of lists of numbers', 'points': 'list of [time in s, value]',
              'mapping': 'mapping', 'mappings': 'list of mappings',
@@ -228,6 +229,10 @@ def _listening(asked: dict[str, Key]) -> Iterator[tuple[str, Any]]:
         optional.add(_path(self, key))
         return has(self, key)
     yield 'has', noted_has
+    asking = {name for name, each in vars(reader.Reader).items() if inspect.isfunction(each)
+              and 'key' in inspect.signature(each).parameters and not name.startswith('_')}
+    if unheard := asking ^ {'has', *words}:
+        raise RuntimeError(f'a Reader is asked in other ways than here: {sorted(unheard)}')
     for method, word in words.items():
         yield method, _noting(getattr(reader.Reader, method), word, asked, optional)
 

@@ -69,7 +69,8 @@ def main(arguments):
     if arguments.figure:
         with figures.drawn(arguments.figure) as (axes,):
             axes.plot(np.arange(1, generations + 1), curve, 'o-')
-            axes.set(xlabel='generation', ylabel='best mean reward')
+            axes.set(xlabel='generation', ylabel='best mean reward',
+                     xticks=1 + np.arange(generations))
 
 
 if __name__ == '__main__':

@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from poststall_sim import __version__, jobs
+from poststall_sim import __version__, atomic_file, jobs
 from poststall_sim.aero.decambering import Closure
 from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import ConfigError
@@ -250,10 +250,8 @@ def _line(cells: Sequence[str]) -> str:
 
 
 def _replace(path: Path, text: str) -> None:
-    """Write a file at once or not at all."""
-    unfinished = path.with_name(path.name + '.part')
-    unfinished.write_text(text, encoding='utf-8')
-    os.replace(unfinished, path)
+    with atomic_file.writing(path) as file:
+        file.write(text.encode())
 
 
 def _require_same(path: Path, manifest: Mapping[str, Any]) -> None:

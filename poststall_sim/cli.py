@@ -13,7 +13,7 @@ import re
 import sys
 from typing import Any
 
-from poststall_sim import __version__, completion, terminal
+from poststall_sim import __version__, completion, interrupts, terminal
 from poststall_sim import option_values as values
 from poststall_sim.commands import (
     airfoil,
@@ -44,11 +44,24 @@ _EXIT_CODES = ('exit codes: 0 a result; 1 none (no trim, not converged, diverged
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command line and return its exit code."""
-    arguments = parse(sys.argv[1:] if argv is None else argv)
+    try:
+        return _run(sys.argv[1:] if argv is None else argv)
+    except KeyboardInterrupt:
+        terminal.complain('interrupted')
+        return 130
+
+
+def _run(argv: list[str]) -> int:
+    try:
+        arguments = parse(argv)
+    except OSError as error:   # a name that no file can have
+        terminal.complain(error)
+        return 2
     from poststall_sim.aircraft import ConfigError
     from poststall_sim.jobs import NoResultError
     try:
-        with terminal.telling_of_compiling(), terminal.leaving_output_to(arguments.json):
+        with interrupts.not_in_the_compiler(), terminal.telling_of_compiling(), \
+                terminal.leaving_output_to(arguments.json):
             code = arguments.run(arguments)
         sys.stdout.flush()   # here, where it is known what a broken pipe means
         return code
@@ -58,9 +71,6 @@ def main(argv: list[str] | None = None) -> int:
     except BrokenPipeError:   # the reader, `head` perhaps, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except KeyboardInterrupt:
-        terminal.complain('interrupted')
-        return 130
     except (ConfigError, ImportError, OSError) as error:
         terminal.complain(error)
         return 2

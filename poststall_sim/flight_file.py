@@ -11,7 +11,6 @@ format's number and what the flight was made with, so that it goes on with nothi
 import dataclasses
 import enum
 import hashlib
-import os
 import stat
 import types
 import typing
@@ -23,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from poststall_sim import atomic_file
 from poststall_sim.aero.history import History
 from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import ConfigError
@@ -47,14 +47,8 @@ def save_state(flight: Flight, path: Path) -> None:
     arrays = dict(_arrays('', flight.saved()))
     arrays |= {_FORMAT: np.array(FORMAT), _AIRCRAFT: np.array(fingerprint(flight.model.aircraft)),
                _SETTINGS: np.array(repr(flight.model.settings))}
-    unfinished = path.with_name(path.name + '.part')
-    _require_regular(unfinished)   # a pipe of that name would be waited for
-    try:
-        with unfinished.open('wb') as file:
-            np.savez_compressed(file, **arrays)
-        os.replace(unfinished, path)
-    except OSError as error:
-        raise ConfigError(f'{path}: cannot be written: {error.strerror}') from None
+    with atomic_file.writing(path) as file:
+        np.savez_compressed(file, **arrays)
 
 
 def load_state(model: Model, path: Path) -> Flight:

@@ -10,12 +10,11 @@ pitching moment by its part from sideslip (``Cem = Cemb beta``) before controls 
 added, so that Cem0, Cema and Cema_stall have no effect there.
 """
 
-import os
 import re
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from poststall_sim.aircraft import ConfigError
+from poststall_sim import atomic_file
 from poststall_sim.buildup import BuildUp
 from poststall_sim.lift_drag_fit import Fit
 
@@ -59,9 +58,5 @@ def write(path: Path, tables: BuildUp, fit: Fit) -> None:
     """Write the fragment, whole or not at all."""
     root = element(tables, fit)
     ET.indent(root, '  ')
-    unfinished = path.with_name(path.name + '.part')
-    try:
-        ET.ElementTree(root).write(unfinished, encoding='utf-8')
-        os.replace(unfinished, path)
-    except OSError as problem:
-        raise ConfigError(f'{path}: cannot be written: {problem.strerror}') from None
+    with atomic_file.writing(path) as file:
+        ET.ElementTree(root).write(file, encoding='utf-8')

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from poststall_sim import envelope, failure_reader, failures, flight_file, topics
+from poststall_sim import envelope, failure_reader, failures, flight_file, survey, topics
 from poststall_sim import polar as polars
 from poststall_sim.aero.model import Model
 from poststall_sim.aero.solver import AeroResult
@@ -182,8 +182,7 @@ class FlightLog:
 
     def __init__(self, flight: Flight) -> None:
         self._model = flight.model
-        areas = [model_area(flight.model, grid.strips) for grid in flight.model.lattice.grids]
-        self._wing = flight.model.lattice.grids[int(np.argmax(areas))].strips
+        self._wing = flight.model.lattice.grids[survey.wing_of(flight.model)].strips
         self._schedule = topics.Schedule({})
         self._tally = topics.SolverTally()
         self._begin = time.perf_counter()
@@ -263,12 +262,6 @@ class FlightLog:
             'outside_the_method': [{'quantity': name, **noted}
                                    for name, noted in self._outside.items()],
             'ended_early': flight.paused_reason}
-
-
-def model_area(model: Model, strips: slice) -> float:
-    """Return the area of a run of strips [m^2]."""
-    lattice = model.lattice
-    return float(np.sum(lattice.strip_chord[strips] * lattice.strip_width[strips]))
 
 
 def fitted(aircraft: Aircraft, scenario: Scenario) -> Scenario:

@@ -13,7 +13,6 @@ J. S. Berndt et al., JSBSim Reference Manual, 2011; FGAerodynamics.cpp on the ax
 
 """
 
-import os
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -21,6 +20,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from poststall_sim import atomic_file
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.buildup import COEFFICIENTS, BuildUp
 from poststall_sim.frames import FloatArray
@@ -119,9 +119,5 @@ def write(path: Path, tables: BuildUp) -> None:
     """Write the tables, whole or not at all."""
     root = element(tables)
     ET.indent(root, ' ')
-    unfinished = path.with_name(path.name + '.part')
-    try:
-        ET.ElementTree(root).write(unfinished, encoding='utf-8', xml_declaration=True)
-        os.replace(unfinished, path)
-    except OSError as problem:
-        raise ConfigError(f'{path}: cannot be written: {problem.strerror}') from None
+    with atomic_file.writing(path) as file:
+        ET.ElementTree(root).write(file, encoding='utf-8', xml_declaration=True)

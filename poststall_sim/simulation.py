@@ -144,8 +144,11 @@ class Flight:
         """
         Go on from another body state with a fresh wake; time stays.
 
-        Raises `ConfigError`, with the flight as it was, where the loads there are not finite.
+        Raises `ConfigError`, with the flight as it was, where that or the loads there are not
+        finite.
         """
+        if not body.is_finite():
+            raise ConfigError('a number of this state is not finite')
         state, snapshot = begin(
             self.model, body, controls, dt_ns=self.dt_ns, delta0=delta0,
             wind_N=self.weather.mean_N(body.altitude), charge=self.state.engines.charge,

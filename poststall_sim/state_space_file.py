@@ -15,14 +15,13 @@ Both have the same fields under the same names:
 """
 
 import math
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from scipy import io
 
-from poststall_sim import __version__
+from poststall_sim import __version__, atomic_file
 from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.stability import reduction
@@ -97,17 +96,12 @@ def export(path: Path, model: Model, at: Linearised, *, decambering: Decambering
         'aircraft': model.aircraft.name, 'decambering': decambering.value,
         **dict(zip(('order', 'error', 'frequency'), of_air)),
         'format': FORMAT, 'version': __version__}
-    unfinished = path.with_name(path.name + '.part')
-    try:
-        with unfinished.open('wb') as file:
-            if path.suffix == '.npz':
-                np.savez_compressed(file, **{key: np.asarray(fields[key]) for key in fields})
-            else:
-                io.savemat(file, {key: _for_matlab(fields[key]) for key in fields},
-                           do_compression=True, oned_as='column')
-        os.replace(unfinished, path)
-    except OSError as problem:
-        raise ConfigError(f'{path}: cannot be written: {problem.strerror}') from None
+    with atomic_file.writing(path) as file:
+        if path.suffix == '.npz':
+            np.savez_compressed(file, **{key: np.asarray(fields[key]) for key in fields})
+        else:
+            io.savemat(file, {key: _for_matlab(fields[key]) for key in fields},
+                       do_compression=True, oned_as='column')
     return Written(space, *of_air)
 
 

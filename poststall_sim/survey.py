@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from poststall_sim import envelope, polar
+from poststall_sim import envelope, polar, surface_order
 from poststall_sim.aero import polars
 from poststall_sim.aero.model import Model
 from poststall_sim.aircraft import Aircraft, Surface, usual_radii
@@ -149,7 +149,7 @@ def survey(model: Model) -> Survey:
             float(value) for value in 0.5 * (high - low) * slope[1:])
     margin = float(-pitch / lift)
     return Survey(
-        _planforms(aircraft), aircraft.mass.cg_G[0] + margin * aircraft.reference.chord, margin,
+        _planforms(model), aircraft.mass.cg_G[0] + margin * aircraft.reference.chord, margin,
         aircraft.reference.chord, float(lift), float(rolling), authority)
 
 
@@ -160,19 +160,26 @@ def backwards(figures: Survey) -> tuple[str, ...]:
                  and sign * figures.authority[name][axis] < -NO_AUTHORITY)
 
 
-def _planforms(aircraft: Aircraft) -> tuple[Planform, ...]:
+def wing_of(model: Model) -> int:
+    """Return which of a model's surfaces is the wing."""
+    runs = [grid.strips for grid in model.lattice.grids]
+    return surface_order.by_span(runs, model.lattice.quarter_chord[:, 1])[0]
+
+
+def _planforms(model: Model) -> tuple[Planform, ...]:
     """
-    Return the planforms, the largest first, with the volumes of the others.
+    Return the planforms, the wing's first, then the largest, with the volumes of the others.
 
     About the wing's quarter chord, Raymer's arm, which is the same wherever the centre of gravity
     stands.
     """
-    found = sorted((planform(surface) for surface in aircraft.surfaces), key=lambda p: -p.area)
-    wing, result = found[0], found[:1]
-    for each in found[1:]:
-        arm = each.quarter_x - wing.quarter_x
-        length = wing.span if each.upright else wing.mean_chord
-        result.append(replace(each, volume=each.area * arm / (wing.area * length)))
+    others = [planform(surface) for surface in model.aircraft.surfaces]
+    first = others.pop(wing_of(model))
+    result = [first]
+    for each in sorted(others, key=lambda p: -p.area):
+        arm = each.quarter_x - first.quarter_x
+        length = first.span if each.upright else first.mean_chord
+        result.append(replace(each, volume=each.area * arm / (first.area * length)))
     return tuple(result)
 
 

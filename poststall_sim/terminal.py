@@ -19,6 +19,17 @@ def complain(what: object) -> None:
     print('poststall: ' + ' '.join(str(what).split()), file=sys.stderr)
 
 
+def warn(what: object) -> None:
+    """Say something in one line in the midst of what is `watched`, not within its bar."""
+    try:
+        from tqdm import tqdm
+    except ImportError:
+        complain(what)
+        return
+    with tqdm.external_write_mode(file=sys.stderr):
+        complain(what)
+
+
 @contextmanager
 def telling_of_compiling(patience: float = 2.0) -> Iterator[None]:
     """Say once that kernels are compiled, where that has taken so long [s]."""

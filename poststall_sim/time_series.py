@@ -10,16 +10,14 @@ Both have the same series; only the second has the strips. In a CSV each head ha
 """
 
 import math
-import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 from scipy import io
 
-from poststall_sim.aircraft import ConfigError
+from poststall_sim import atomic_file
 from poststall_sim.frames import FloatArray
 
 AXES = ('north, east, altitude from the start of the map; roll, pitch, yaw from north-east-down '
@@ -58,12 +56,11 @@ class FlightSeries:
 
 def write_csv(path: Path, flight: FlightSeries) -> None:
     """Write the series as CSV, whole or not at all; blank what is not known."""
-    def write(file: BinaryIO) -> None:
-        lines = [[f'{name} [{each.unit}]' for name, each in flight.series.items()]]
-        lines += [['' if math.isnan(value) else f'{value:.10g}' for value in row]
-                  for row in zip(*(each.values for each in flight.series.values()))]
+    lines = [[f'{name} [{each.unit}]' for name, each in flight.series.items()]]
+    lines += [['' if math.isnan(value) else f'{value:.10g}' for value in row]
+              for row in zip(*(each.values for each in flight.series.values()))]
+    with atomic_file.writing(path) as file:
         file.write(''.join(','.join(cells) + '\n' for cells in lines).encode())
-    _written(path, write)
 
 
 def write_mat(path: Path, flight: FlightSeries) -> None:
@@ -80,16 +77,6 @@ def write_mat(path: Path, flight: FlightSeries) -> None:
             **{name: each.values for name, each in strips.series.items()},
             'units': {'time': 's', 'y': 'm', 'chord': 'm',
                       **{name: each.unit for name, each in strips.series.items()}}}
-    _written(path, lambda file: io.savemat(
-        file, fields, do_compression=True, oned_as='column', long_field_names=True))
-
-
-def _written(path: Path, write: Callable[[BinaryIO], object]) -> None:
-    unfinished = path.with_name(path.name + '.part')
-    try:
-        with unfinished.open('wb') as file:
-            write(file)
-        os.replace(unfinished, path)
-    except OSError as problem:
-        raise ConfigError(f'{path}: cannot be written: {problem.strerror}') from None
+    with atomic_file.writing(path) as file:
+        io.savemat(file, fields, do_compression=True, oned_as='column', long_field_names=True)
 

@@ -5,6 +5,7 @@
 import io
 import shutil
 import time
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -14,12 +15,11 @@ CHROMIUM = next(filter(None, map(shutil.which, (
 SCREENS = [(1280, 800), (390, 844)]
 
 
-def chromium():
-    """Yield a browser; skip where there is none."""
-    playwright = pytest.importorskip('playwright.sync_api', reason='needs playwright')
-    if CHROMIUM is None:
-        pytest.skip('no Chromium is installed')
-    with playwright.sync_playwright() as driver:
+@contextmanager
+def launched():
+    """Give a browser, until the block ends."""
+    from playwright.sync_api import sync_playwright
+    with sync_playwright() as driver:
         # No graphics hardware: WebGL is drawn by the processor.
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=[
             '--no-sandbox', '--disable-gpu', '--enable-unsafe-swiftshader',
@@ -28,10 +28,23 @@ def chromium():
         browser.close()
 
 
-class Tab:
-    """A page in a window of a size; at the end it asked only its own address and erred nowhere."""
+def chromium():
+    """Yield a browser; skip where there is none."""
+    pytest.importorskip('playwright.sync_api', reason='needs playwright')
+    if CHROMIUM is None:
+        pytest.skip('no Chromium is installed')
+    with launched() as browser:
+        yield browser
 
-    def __init__(self, browser, url, size):
+
+class Tab:
+    """
+    A page in a window of a size; at the end it asked only its own address and erred nowhere.
+
+    ends : its server does, and that it does not answer then is no error.
+    """
+
+    def __init__(self, browser, url, size, *, ends=False):
         width, height = size
         self._context = browser.new_context(
             viewport={'width': width, 'height': height}, is_mobile=width < 700,
@@ -42,7 +55,8 @@ class Tab:
         self.page.on('request', lambda request: self._asked.append(request.url))
         self.page.on('pageerror', lambda error: self._wrong.append(str(error)))
         self.page.on('console', lambda said: self._wrong.append(said.text)
-                     if said.type == 'error' else None)
+                     if said.type == 'error' and not (
+                         ends and 'ERR_CONNECTION_REFUSED' in said.text) else None)
         self.page.goto(url)
 
     def __enter__(self):

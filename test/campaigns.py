@@ -4,6 +4,7 @@
 
 import contextlib
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -84,6 +85,9 @@ def started(*words, folder, log, **options):
     with open(log, 'ab') as out:
         process = subprocess.Popen(
             [sys.executable, '-m', *words], env=environment(folder), cwd=folder,
+            # Who runs the tests in the background of a shell has interrupts ignored, and so
+            # would what the tests begin.
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
             stdout=out, stderr=subprocess.STDOUT, **options)
     try:
         yield process

@@ -113,9 +113,11 @@ def starter(folder):
         return running[-1]
 
     start.domain = domain
-    yield start
-    for process in running:
-        process.kill()
+    try:
+        yield start
+    finally:   # also where whoever asked for it has had enough, or met an exception
+        for process in running:
+            process.kill()
 
 
 class Probe:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import Future
 from pathlib import Path
 
 SCRIPT = Path(__file__)
@@ -26,6 +27,11 @@ class Scripted:
     def show(self, seconds, **values):
         """Show a state: level flight, and what else is given."""
         self.process.stdin.write(json.dumps([seconds, values]) + '\n')
+        self.process.stdin.flush()
+
+    def stumble(self):
+        """Say what whoever is to show it fails at."""
+        self.process.stdin.write('a state that is none\n')
         self.process.stdin.flush()
 
     def end(self):
@@ -50,16 +56,21 @@ def main():
     from poststall_sim.watch.server import Server
     scene = Scene('/')
 
+    listening = Future()
+
     def hear():
-        for line in sys.stdin:
-            seconds, values = json.loads(line)
-            scene.values(**values)
-            scene.pose(time.monotonic(), seconds, *AS_IT_LIES)
-            scene.look(time.monotonic(), 1, '/odom')
+        try:
+            for line in sys.stdin:
+                seconds, values = json.loads(line)
+                scene.values(**values)
+                scene.pose(time.monotonic(), seconds, *AS_IT_LIES)
+                scene.look(time.monotonic(), 1, '/odom')
+        except ValueError as error:
+            listening.set_exception(error)
 
     threading.Thread(target=hear, daemon=True).start()
     asyncio.run(Server(_Simulator(scene), control=True, rate=50.0).serve(
-        0, lambda url: print(url, flush=True)))
+        0, lambda url: print(url, flush=True), listening))
 
 
 if __name__ == '__main__':

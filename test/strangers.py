@@ -29,7 +29,7 @@ class Rosless:
 
     def __init__(self, domain):
         rosless = pytest.importorskip(
-            'rosless', reason='rosless is not installed: it is not asked for, see above')
+            'rosless', reason='rosless is not asked for: it announces itself on every interface')
         self._node = rosless.Node(domain)
 
     def reader(self, topic, kind, latched=False):

@@ -9,6 +9,8 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
+from types import SimpleNamespace
 
 import campaigns
 import pytest
@@ -21,7 +23,7 @@ pytest.importorskip('pyarrow', reason='pyarrow is not installed: see extra campa
 pytest.importorskip('xarray', reason='xarray is not installed: see extra campaign')
 pytest.importorskip('zarr', reason='zarr is not installed: see extra campaign')
 
-from poststall_sim.campaign import cases, engine, job, table
+from poststall_sim.campaign import absence, cases, compute, engine, job, table
 from poststall_sim.campaign import definition as files
 
 HISTORIES = campaigns.BRIEF + 'keep: {history_every_s: 0.02}\n'
@@ -182,11 +184,15 @@ def test_a_full_disk_is_one_line_that_says_how_to_go_on(tmp_path, capsys, monkey
     def full(*_, **given):
         raise OSError(errno.ENOSPC, 'No space left on device')
 
-    monkeypatch.setattr(job, 'run', full)
+    monkeypatch.setattr(compute, 'warm', full)
     path, out = campaigns.written(tmp_path / 'given'), str(tmp_path / 'out')
     assert cli.main(['campaign', str(path), '--output', out]) == 2
     said = capsys.readouterr().err
     assert f'No space left on device; what has come is in {out}: go on with --resume' in said
+    monkeypatch.setattr(Path, 'mkdir', full)
+    assert cli.main(['campaign', str(path), '--output', str(tmp_path / 'other')]) == 2
+    said = capsys.readouterr().err
+    assert 'No space left on device; nothing has come: give the same command again' in said
 
 
 def test_a_folder_whose_rows_all_failed_has_nothing_to_draw_and_says_so(tmp_path, capsys):
@@ -222,9 +228,119 @@ def test_an_interrupt_is_one_line_and_says_how_to_go_on(tmp_path):
         campaigns.eventually(lambda: any((out / table.PARTS).glob('*')), 'rows')
         os.killpg(process.pid, signal.SIGINT)
         assert process.wait(60) == 130
-    said = log.read_text().splitlines()[1:]
-    assert said == [f'poststall: interrupted; what has come is in {out}: go on with --resume']
+    assert complaints(log) == [
+        f'poststall: interrupted; what has come is in {out}: go on with --resume']
     assert not (out / table.TABLE).exists()
+
+
+def importing(process, out):
+    """Tell whether a command has begun to import what it needs."""
+    return 'numpy' in Path(f'/proc/{process.pid}/maps').read_text()
+
+
+def compiling(process, out):
+    """Tell whether the first case is flown, or what flies it compiled."""
+    return (out / 'campaign.json').exists()
+
+
+def beginning_workers(process, out):
+    """Tell whether there is a process but the client's, and the one that Python keeps."""
+    threads = Path(f'/proc/{process.pid}/task').iterdir()
+    return sum(len((each / 'children').read_text().split()) for each in threads) > 1
+
+
+GO_ON = '; what has come is in {}: go on with --resume'
+
+
+@pytest.mark.skipif(not Path('/proc/self/maps').exists(), reason='looks where Linux shows it')
+@pytest.mark.parametrize('begun, after, left', [
+    (importing, 0.0, ''), (beginning_workers, 0.1, GO_ON),
+    *(pytest.param(begun, after, left, marks=pytest.mark.soak) for begun, after, left in (
+        (importing, 0.3, ''), (compiling, 0.0, GO_ON), (compiling, 0.5, GO_ON),
+        (compiling, 1.0, GO_ON), (beginning_workers, 0.0, GO_ON), (beginning_workers, 0.05, GO_ON),
+        (beginning_workers, 0.3, GO_ON), (beginning_workers, 0.6, GO_ON),
+        (beginning_workers, 1.2, GO_ON), (beginning_workers, 2.4, GO_ON)))])
+def test_an_interrupt_in_the_first_seconds_is_one_line_and_leaves_no_process(
+        tmp_path, begun, after, left):
+    path = campaigns.written(tmp_path / 'given')
+    out, log = tmp_path / 'out', tmp_path / 'log.txt'
+    with campaigns.started('poststall_sim', 'campaign', str(path), '--output', str(out),
+                           '--workers', '2', folder=tmp_path, log=log,
+                           start_new_session=True) as process:
+        campaigns.eventually(lambda: begun(process, out), begun.__name__)
+        time.sleep(after)
+        os.killpg(process.pid, signal.SIGINT)
+        assert process.wait(60) == 130, log.read_text()
+        # Of its session nobody is left, soon: the process that Python keeps for shared memory
+        # goes when it sees that its parent has.
+        campaigns.eventually(lambda: not alive(process.pid), 'end of all processes', 20.0)
+    assert complaints(log) == ['poststall: interrupted' + left.format(out)]
+
+
+def complaints(log):
+    """Return what a campaign says but how it begins, and that it compiles."""
+    return [line for line in log.read_text().splitlines()
+            if 'cases on' not in line and 'compiling the solver' not in line]
+
+
+
+@pytest.mark.soak
+@pytest.mark.skipif(not Path('/proc/self/stat').exists(), reason='looks where Linux shows it')
+@pytest.mark.parametrize('after', [1.0, 2.0, 3.0, 4.0, 6.0, 8.0])
+def test_an_interrupt_while_kernels_are_compiled_is_one_line(tmp_path, monkeypatch, after):
+    monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path / 'kernels'))   # none of which is there
+    test_an_interrupt_in_the_first_seconds_is_one_line_and_leaves_no_process(
+        tmp_path, compiling, after, GO_ON)
+
+
+def alive(session):
+    """Return the processes of a session that run."""
+    found = []
+    for path in Path('/proc').glob('[0-9]*/stat'):
+        try:
+            state, _, _, its_session = path.read_text().rpartition(') ')[2].split()[:4]
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+        if int(its_session) == session and state not in 'XZ':
+            found.append(path.parent.name)
+    return found
+
+
+def test_a_cluster_without_workers_is_told_again_and_when_it_has_some(monkeypatch):
+    import distributed
+    for name, seconds in (('ASK', 0.1), ('ABSENT', 0.2), ('AGAIN', 0.3)):
+        monkeypatch.setattr(absence, name, seconds)
+    said = []
+
+    def answer(case, session):
+        time.sleep(1.0)   # that it is seen to work while it does
+        return engine.Computed({}, None, {})
+
+    with distributed.LocalCluster(n_workers=0, processes=False, dashboard_address='127.0.0.1:0',
+                                  silence_logs=50) as local:
+        with distributed.Client(local, set_as_default=False) as client:
+            def told(text):
+                said.append(text)
+                if len(said) == 2:
+                    local.scale(1)
+
+            rows = engine.run(client, [SimpleNamespace(index=0)], answer)
+            assert len(list(absence.telling(client, rows, told))) == 1
+    assert [text.partition(' for ')[0] for text in said] == [
+        *2 * ['the cluster has had no worker'],
+        'the cluster has workers again (1), the campaign goes on']
+
+
+def test_a_cluster_from_which_rows_come_is_not_asked(monkeypatch):
+    monkeypatch.setattr(absence, 'ASK', 0.2)
+
+    def rows():
+        for row in range(10):
+            time.sleep(0.05)
+            yield row
+
+    # Without a client there is nobody to ask: that would be an error of its thread.
+    assert list(absence.telling(None, rows(), pytest.fail)) == list(range(10))
 
 
 KILLED = """
@@ -366,6 +482,38 @@ def test_killed_frozen_and_resumed_it_is_the_table_of_an_undisturbed_run(tmp_pat
     assert done.returncode == 0, done.stderr
     assert (undisturbed / table.TABLE).read_bytes() == (out / table.TABLE).read_bytes()
     assert {row['status'] for row in rows(out)} == {'done'}
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(600)
+def test_a_cluster_that_loses_all_its_workers_is_waited_for(tmp_path):
+    """Its only worker is killed; half a minute later there is another, and every row comes."""
+    head, _, _ = campaigns.BRIEF.partition('vary:')
+    given, out = tmp_path / 'given', tmp_path / 'out'
+    path = campaigns.written(given, head + (
+        'autopilot: "campaign_pilots:make"\nvary:\n'
+        '  - {key: initial.alpha_deg, grid: {from: 2, to: 24, count: 20}}\n'), pause=0.1)
+    address, log = tmp_path / 'scheduler.json', tmp_path / 'log.txt'
+    theirs = tmp_path / 'dask.txt'
+    words = ('distributed.cli.dask_worker', '--scheduler-file', str(address), '--nthreads', '1',
+             '--no-dashboard', '--host', '127.0.0.1', '--no-nanny')
+    with campaigns.started('distributed.cli.dask_scheduler', '--scheduler-file', str(address),
+                           '--host', '127.0.0.1', '--port', '0', '--no-dashboard',
+                           folder=given, log=theirs):
+        campaigns.eventually(lambda: address.exists() and address.read_text(), 'scheduler')
+        with campaigns.started(*words, folder=given, log=theirs) as only, campaigns.started(
+                'poststall_sim', 'campaign', str(path), '--output', str(out), '--scheduler',
+                json.loads(address.read_text())['address'], folder=given, log=log) as client:
+            campaigns.eventually(lambda: list(out.glob('parts/part-*.parquet')), 'rows')
+            only.send_signal(signal.SIGKILL)
+            campaigns.eventually(lambda: 'poststall: the cluster has had no worker for' in
+                                 log.read_text(), 'word of it', 60.0)
+            assert client.poll() is None
+            with campaigns.started(*words, folder=given, log=theirs):
+                assert client.wait(300) == 0, log.read_text()
+    said = log.read_text()
+    assert said.count('has had no worker') == said.count('has workers again (1)') == 1
+    assert [row['status'] for row in rows(out)] == 20 * ['done']
 
 
 @pytest.mark.soak

@@ -8,15 +8,17 @@ import math
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numba
 import numpy as np
 import pytest
 
-from poststall_sim import __version__, cli, definition, jobs, simulation, terminal
+from poststall_sim import __version__, cli, definition, interrupts, jobs, simulation, terminal
 from poststall_sim.aero import model as models
 from poststall_sim.frames import GRAVITY
 
@@ -148,6 +150,7 @@ def test_json_and_plot_without_a_file(tmp_path):
     (['polar', '--plot', 'config'], "expected a file, 'config' is a folder"),
     (['trim', '--plot', 'no_such_folder/x.png'], 'there is no folder no_such_folder'),
     (['fly', '--json', 'config'], "expected a file, 'config' is a folder"),
+    (['fly', '--csv', 300 * 'x'], 'File name too long'),
     (['fly', '--csv', '-'], 'expected a file: - is for --json'),
     (['fly', '--save', '/dev/null'], "expected a file, '/dev/null' is none"),
     (['fly', '--resume', 'x', '--wind', '0,0,1'], '--wind has no effect with --resume'),
@@ -491,3 +494,21 @@ def test_compiling_is_said_once_where_it_takes_long_and_not_where_kernels_are_lo
     assert said_while_compiling(tmp_path, monkeypatch, capsys, name, 0.0) == ''
     (tmp_path / f'{name}.py').write_text((tmp_path / f'{name}.py').read_text() + '\n')
     assert said_while_compiling(tmp_path, monkeypatch, capsys, name, 600.0) == ''
+
+
+def test_an_interrupt_in_a_call_from_the_compiler_waits_for_its_end():
+    """What is raised in a function that LLVM calls is printed and lost, and the kernel too."""
+    called, ended = {'__name__': 'llvmlite.binding.executionengine'}, []
+    exec('def notify(raise_signal, number, ended):\n'
+         '    raise_signal(number)\n'
+         '    ended.append(True)\n', called)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            with interrupts.not_in_the_compiler():
+                called['notify'](signal.raise_signal, signal.SIGINT, ended)
+                assert ended
+                time.sleep(10.0)
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -17,9 +17,9 @@ TEST = Path(__file__).parent
 PACKAGE = TEST.parent / 'poststall_sim'
 LIST = TEST / 'messages.txt'
 
-RAISED = {'ConfigError', 'NoResultError', 'BagError', 'EngineError', 'DemoError', 'ImportError',
-          'OSError', 'ArgumentTypeError', 'ArgumentError', 'RefusedState', 'RefusedCommand',
-          'error', '_unknown', '_broken'}
+RAISED = {'ConfigError', 'NotWrittenError', 'NoResultError', 'BagError', 'EngineError',
+          'DemoError', 'ImportError', 'OSError', 'ArgumentTypeError', 'ArgumentError',
+          'RefusedState', 'RefusedCommand', 'error', '_unknown', '_broken'}
 """Names of what is raised to be shown: the errors, and the methods that make them."""
 
 

@@ -4,7 +4,9 @@
 
 import ast
 import configparser
+import importlib.util
 import os
+import platform
 import re
 import runpy
 import subprocess
@@ -266,3 +268,23 @@ def test_no_file_names_a_machine():
 def test_scripts_are_executable():
     for name in ('.ci/run', 'test/colcon_build.sh'):
         assert os.access(ROOT / name, os.X_OK), name
+
+
+NOT_FROM_HERE = {'jsbsim', 'rosless', 'launch_ros', 'playwright'}
+"""What tests are skipped without and no checkout installs: each says why where it is asked for."""
+
+
+@pytest.mark.skipif(not Path(sys.prefix).is_relative_to(ROOT),
+                    reason='not in a venv that `make` has made, which has all that tests ask for')
+def test_no_test_is_skipped_for_want_of_what_is_installed_with_it():
+    """Else one library that is gone would silence half the tests, and the rest would pass."""
+    asked = {'aiohttp'}   # by name in a loop
+    for path in (*(ROOT / 'test').glob('*.py'), *(ROOT / 'benchmark').glob('*.py')):
+        asked |= {node.args[0].value for node in ast.walk(ast.parse(path.read_text()))
+                  if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
+                  and node.func.attr == 'importorskip' and isinstance(node.args[0], ast.Constant)}
+    asked = {name for name in asked if name.partition('.')[0] not in NOT_FROM_HERE}
+    if (sys.platform, platform.machine()) != ('linux', 'x86_64'):
+        asked.discard('cyclonedds')   # has wheels there alone
+    assert {'rclpy', 'rosbags', 'matplotlib', 'distributed', 'gymnasium'} < asked
+    assert [name for name in sorted(asked) if importlib.util.find_spec(name) is None] == []

@@ -21,7 +21,7 @@ from sensor_msgs.msg import Joy
 from poststall_sim import topics
 from poststall_sim.aircraft import ConfigError
 from poststall_sim.failures import Kind
-from poststall_sim.ros import flight_setup
+from poststall_sim.ros import declaration, flight_setup
 from poststall_sim.ros.air_settings import AirSettings
 from poststall_sim.ros.parameters import SimulatorSettings
 from poststall_sim.ros.simulator import SimulatorNode
@@ -76,6 +76,23 @@ def pulled(seconds=1.5, **given):
 def apart(one, other):
     """Return how far two flights have come apart [m]."""
     return np.linalg.norm(one.snapshot.body.position_N - other.snapshot.body.position_N)
+
+
+@pytest.mark.parametrize('names', [(), ('elevator', 'throttle')])
+def test_names_are_texts_also_where_there_are_none_and_nobody_sets_them(names):
+    """Of an empty list rclpy would make one of bytes."""
+    context = rclpy.Context()
+    context.init(args=[], domain_id=free_domain())
+    node = rclpy.create_node('named', context=context, parameter_overrides=[
+        Parameter('surfaces', value=7)])
+    declaration.declare_names(node, 'surfaces', names, 'what they are')
+    value, said = node.get_parameter('surfaces'), node.describe_parameter('surfaces')
+    assert value.type_ is Parameter.Type.STRING_ARRAY and value.value == list(names)
+    assert (said.type, said.read_only, said.description) == (
+        Parameter.Type.STRING_ARRAY.value, True, 'what they are')
+    assert not told(node, surfaces=['rudder'])[0].successful
+    node.destroy_node()
+    context.try_shutdown()
 
 
 # ---------------------------------------------------------------- each of them changes the flight

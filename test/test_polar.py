@@ -4,6 +4,7 @@
 
 import json
 import math
+import os
 import re
 import subprocess
 import sys
@@ -278,15 +279,29 @@ def test_the_figures_of_the_docs_are_there_and_small():
     assert len(re.findall(r'^\| [ABCD] \| ', pages['figures'], re.MULTILINE)) == 8
 
 
+def test_every_picture_of_the_docs_is_one_that_the_tool_draws():
+    drawn = re.findall(r'^def picture_(\w+)', (
+        DOCS.parent / 'tools' / 'pictures.py').read_text(), re.MULTILINE)
+    examples = {path.stem for path in (DOCS.parent / 'examples').glob('*.py')} - {'figures'}
+    assert {path.name for path in (DOCS / 'images').iterdir()} == {
+        'flight.gif', *(f'{name}.png' for name in drawn),
+        *(f'example_{name}.png' for name in examples)}
+
+
 def test_the_tool_of_the_docs_draws(tmp_path):
-    """One figure, with the modules of all of them imported: a page must not outlive its tool."""
+    """
+    One figure, with the modules of all of them imported: a page must not outlive its tool.
+
+    What wants a browser where there is none, says so and leaves the others alone.
+    """
     for name in ('matplotlib', 'rosbags', 'tqdm'):
         pytest.importorskip(name, reason=f'figures need {name}')
     tool = DOCS.parent / 'tools' / 'figures.py'
     (tmp_path / 'docs').mkdir()
-    done = subprocess.run([sys.executable, str(tool), '2_2', '--docs', str(tmp_path / 'docs')],
-                          capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
+    done = subprocess.run(
+        [sys.executable, str(tool), 'watch', '2_2', '--docs', str(tmp_path / 'docs')],
+        env={**os.environ, 'PATH': ''}, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 1 and 'watch: not drawn, it needs ' in done.stdout, done.stderr
     assert 5_000 < (tmp_path / 'docs' / 'figures' / 'figure_2_2.png').stat().st_size < 150_000
 
 

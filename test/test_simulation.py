@@ -181,8 +181,10 @@ def test_a_flight_put_elsewhere_is_one_that_began_there(level):
     assert flight.paused_reason is None and flight.snapshot.time_ns == 10 * DT_NS
     flight.set_time(fresh.snapshot.time_ns)
     before = flight.snapshot
-    with pytest.raises(ConfigError, match='not finite'):
+    with pytest.raises(ConfigError, match='a number of this state is not finite'):
         flight.place(first_body(level, velocity_B=np.full(3, np.inf)), level.trim)
+    with np.errstate(all='ignore'), pytest.raises(ConfigError, match='loads in this state'):
+        flight.place(first_body(level, velocity_B=np.full(3, 1e200)), level.trim)
     assert flight.snapshot is before
     for _ in range(5):
         assert np.array_equal(everything(flight.step(level.trim)),

@@ -15,7 +15,9 @@ from poststall_sim.aero import model as models
 from poststall_sim.aircraft import MassProperties, Section, Surface
 from poststall_sim.controls import Effector
 from poststall_sim.frames import GRAVITY, body_to_stability, geometry_to_body
+from poststall_sim.plots import strips, sweeps
 from poststall_sim.state import Status
+from poststall_sim.watch import scene
 
 PLANE = """plane
 0.0
@@ -67,6 +69,23 @@ def test_planform_of_a_swept_trapezoid_is_that_of_the_textbook():
     assert math.tan(plan.sweep) == pytest.approx((1.5 + 0.25 - 0.5) / 4.0)
     assert not plan.upright and survey.planform(replace(wing, symmetric=False, sections=(
         Section((0.0, 0.0, 0.0), 1.0, 'a'), Section((0.0, 0.0, 1.0), 1.0, 'a')))).upright
+
+
+def test_the_wing_is_the_widest_surface_for_all_that_names_one(trainer):
+    """Beside a fuselage that is a plate, as AVL's users draw it, of more area than the wing."""
+    plate = Surface('fuselage', (Section((-0.5, 0.0, -0.6), 2.2, 'tail'),
+                                 Section((-0.5, 0.4, -0.6), 2.2, 'tail')), strips=4,
+                    symmetric=True)
+    model = changed(trainer, surfaces=(plate, *trainer.aircraft.surfaces))
+    lattice = model.lattice
+    place = -lattice.quarter_chord[:, 1]
+    figures = survey.survey(model).planforms
+    assert figures[1].name == 'fuselage' and figures[1].area > figures[0].area
+    columns = {'y_m': place.tolist(),
+               'surface': [name.rpartition('_')[0] for name in lattice.strip_names]}
+    assert {figures[0].name, model.aircraft.surfaces[survey.wing_of(model)].name,
+            sweeps._wing(columns), strips._groups(place, lattice)[0].name,
+            scene.groups(lattice.strip_names, place.tolist())[0]['name']} == {'wing'}
 
 
 def test_the_trainer_has_the_figures_of_its_design_and_nothing_odd(trainer):

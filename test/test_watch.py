@@ -15,6 +15,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
+import stumbling_watch
 from browsers import SCREENS, Tab, chromium
 from processes import Probe, Reports, nanoseconds, starter
 from scripted_page import Scripted
@@ -257,8 +258,9 @@ def test_pages_show_what_the_topics_say(flight, pages):
         ('odom', Odometry), ('joint_states', JointState), ('joint_targets', JointState),
         ('strip_cl', Float64MultiArray), ('strip_stalled', Float64MultiArray),
         *((f'air_data/{name}', Float64) for name in ('airspeed', 'alpha', 'load_factor')))}
-    assert page.connect() == 101
+    # First, as a simulator that compiles takes longer than a page may be silent.
     probe.spin_until(lambda: all(heard.values()), 'all topics')
+    assert page.connect() == 101
     probe.call(SetBool, 'pause', data=True)
     page.until(lambda parts: parts.get('link', {}).get('text') == 'paused', 'the pause')
     probe.spin_until(lambda: 1e-9 * nanoseconds(heard['odom'][-1].header.stamp)
@@ -454,6 +456,57 @@ def test_it_waits_for_a_simulator_misses_it_and_ends_at_a_signal(start, probe, p
         pass   # it was closed, not cut
 
 
+@marked
+def test_strips_have_their_names_also_where_these_come_first(start, probe, pages):
+    """Where strips are comes by topics, what they are called by a service: in any order."""
+    from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    from std_msgs.msg import Float64MultiArray
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    page = pages(address(start(SCRIPT, '--port', '0')))
+    page.connect()
+    probe.node.declare_parameter('aircraft', 'trainer')
+    probe.node.declare_parameter('strip_names', ['wing_1', 'wing_2', 'fin_1'])
+    reports = probe.publisher(DiagnosticArray, '/diagnostics')
+    said = DiagnosticArray(status=[DiagnosticStatus(name='probe: flight', hardware_id='trainer')])
+
+    def known():
+        reports.publish(said)
+        page.hear()
+        return page.parts['setup']['limits']
+    probe.spin_until(known, 'the limits')
+    assert page.parts['setup']['strips'] is None
+    for name, values in (('strip_y', [1.0, -1.0, 0.0]), ('strip_cl_max', [1.4, 1.4, 1.3])):
+        probe.node.create_publisher(Float64MultiArray, name, latched).publish(
+            Float64MultiArray(data=values))
+    strips = page.until(lambda parts: parts['setup']['strips'], 'the strips')
+    assert [group['name'] for group in strips['groups']] == ['wing', 'fin']
+
+
+@marked
+def test_an_exception_of_its_own_ends_it_with_a_traceback_and_pages_are_told_why(
+        start, probe, pages):
+    """What it went on to show would be of the past, and look as if it were not."""
+    from nav_msgs.msg import Odometry
+    process = start(stumbling_watch.SCRIPT, '--port', '0')
+    page = pages(address(process))
+    assert page.connect() == 101
+    publisher, said = probe.publisher(Odometry, '/odom'), Odometry()
+    said.pose.pose.orientation.w = 1.0
+    for altitude in (12.0, 13.0):
+        said.pose.pose.position.z = altitude
+        publisher.publish(said)
+        if altitude == 12.0:
+            page.until(lambda parts: parts.get('state', {}).get('altitude') == 12.0, 'the state')
+    while page.hear():
+        pass
+    assert page.goodbye.startswith('OSError: thirteen \u2014 far') and len(page.goodbye) == 121
+    assert process.ended() == 1
+    log = process.says()
+    assert log.count('Traceback') == 2 and 'in stumbling' in log   # where, and what it ended
+    assert log.rstrip().endswith('RuntimeError: the live page has stopped')
+
+
 @pytest.fixture(scope='module')
 def browser():
     yield from chromium()
@@ -500,6 +553,22 @@ def test_histories_are_of_what_is_known_and_of_the_aircraft_that_is_there(browse
         tab.until('document.getElementById("histories").data.at(-1).y.length')
         shown = lines()
         assert 'elevator' not in shown and shown['flap'] == [pytest.approx(math.degrees(0.2))]
+
+
+@pytest.mark.browser
+def test_a_page_whose_server_stumbles_says_that_it_has_stopped_and_why(browser, scripted):
+    scripted.show(0.0)
+    with Tab(browser, scripted.url, SCREENS[0], ends=True) as tab:
+        tab.until('document.getElementById("link").textContent === "flying"')
+        scripted.stumble()
+        text = 'document.getElementById("link").textContent'
+        tab.until(f'{text} !== "flying"')
+        said = tab.page.evaluate(text)
+        assert said.startswith('poststall watch has stopped, its terminal says where: JSONDecode')
+        assert scripted.process.wait(8.0) == 1
+        tab.page.wait_for_timeout(1200)   # it has tried again: that changes nothing
+        assert tab.page.evaluate(text) == said
+        assert tab.page.evaluate('document.body.classList.contains("stale")')
 
 
 @marked
@@ -553,7 +622,7 @@ def test_the_page_draws_and_its_slider_moves_the_aircraft(browser, flight, pages
 
         probe.spin_until(lambda: follows(told), 'the elevator where the slider is')
         tab.until(f'Math.abs({loading}[10] - {lift[10]}) > 0.02')
-        assert page.evaluate(alpha) != trimmed
+        tab.until(f'{alpha} !== {json.dumps(trimmed)}')
         if size[0] > 700:
             page.keyboard.press('ArrowUp')
             low, high = (math.radians(page.evaluate(f'Number({ELEVATOR}.{end})'))

@@ -29,6 +29,7 @@ class Page:
         self.key = found.fragment
         self._socket = None
         self.parts = {}
+        self.goodbye = None
 
     async def _begin(self):
         return self._aiohttp.ClientSession()
@@ -59,9 +60,10 @@ class Page:
                   self._socket.send_str(order if isinstance(order, str) else json.dumps(order)))
 
     def hear(self):
-        """Take the next part; false once the connection has been closed."""
+        """Take the next part; false once the connection has been closed, with which words."""
         message = self._run(self._socket.receive())
         if message.type is not self._aiohttp.WSMsgType.TEXT:
+            self.goodbye = message.extra
             return False
         part = json.loads(message.data)
         self.parts[part['kind']] = part

@@ -17,6 +17,7 @@ import re
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import demo_flight
@@ -32,6 +33,7 @@ import rolling_wing
 import trainer_modes
 import wakes
 from PIL import Image
+from screenshots import Missing
 from tqdm import tqdm
 from wing_tail import (
     AIR,
@@ -281,16 +283,26 @@ PICTURES: dict[str, Callable[[Path], None]] = {
     name.removeprefix('picture_'): found for name, found in vars(pictures).items()
     if name.startswith('picture_')}
 """What goes to docs/images."""
+EXAMPLES: dict[str, Callable[[Path], None]] = {
+    f'example_{path.stem}': partial(pictures.example, path.stem)
+    for path in sorted(pictures.EXAMPLES.glob('*.py')) if path.stem != 'figures'}
+"""What goes there as the examples write it, in few colours as it is."""
+PAGES = ('report', 'watch')
+"""Those of them that a browser draws."""
 MOVING = 'moving'
 """The name of the README's moving picture among the figures to draw."""
-DRAWABLE = (*FIGURES, *PICTURES, MOVING, 'table')
+DRAWABLE = (*FIGURES, *PICTURES, *EXAMPLES, MOVING, 'table')
 
 
-def _shrink(file: Path) -> None:
-    """Store a figure with a palette: a third of the size, and no difference to be seen."""
+def _shrink(file: Path, rounds: int = 0) -> None:
+    """
+    Store a figure with a palette: a third of the size, and no difference to be seen.
+
+    rounds : of k-means, for pictures with more greys and blends than a figure has.
+    """
     with Image.open(file) as image:
         small = image.convert('RGB').quantize(
-            256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+            256, Image.Quantize.MAXCOVERAGE, kmeans=rounds, dither=Image.Dither.NONE)
     small.save(file, optimize=True)
 
 
@@ -317,20 +329,29 @@ def main() -> int:
     arguments = parser.parse_args()
     if unknown := set(arguments.names).difference(DRAWABLE):
         parser.error(f'no figure {", ".join(sorted(unknown))}, there are {", ".join(DRAWABLE)}')
+    missing = False
     for name in tqdm(arguments.names or DRAWABLE, desc='figures'):
-        if name == 'table':
-            _write_tables(arguments.docs)
-        elif name == MOVING:
-            moving_picture.moving_picture(arguments.docs / 'images' / 'flight.gif')
-        elif name in PICTURES:
-            file = arguments.docs / 'images' / f'{name}.png'
-            PICTURES[name](file)
-            _shrink(file)
-        else:
-            file = arguments.docs / 'figures' / f'figure_{name}.png'
-            FIGURES[name](file)
-            _shrink(file)
-    return 0
+        try:
+            _draw(name, arguments.docs)
+        except Missing as error:
+            tqdm.write(f'{name}: not drawn, it {error}')
+            missing = True
+    return int(missing)
+
+
+def _draw(name: str, docs: Path) -> None:
+    """Draw one of `DRAWABLE`."""
+    if name == 'table':
+        _write_tables(docs)
+    elif name == MOVING:
+        moving_picture.moving_picture(docs / 'images' / 'flight.gif')
+    elif name in EXAMPLES:
+        EXAMPLES[name](docs / 'images' / f'{name}.png')
+    else:
+        file = docs / 'images' / f'{name}.png' if name in PICTURES else \
+            docs / 'figures' / f'figure_{name}.png'
+        (PICTURES | FIGURES)[name](file)
+        _shrink(file, rounds=3 if name in PAGES else 0)
 
 
 if __name__ == '__main__':

@@ -11,18 +11,17 @@ import asyncio
 import concurrent.futures
 import faulthandler
 import os
-import signal
 import sys
 import time
 import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from poststall_sim import __version__, threads
+from poststall_sim import __version__, interrupts, threads
 from poststall_sim.campaign import case as cases
 from poststall_sim.campaign import compute
 from poststall_sim.campaign.case import Case, Flying, Outcome, Result
@@ -33,6 +32,8 @@ GRACE = 120.0
 """Wall time [s] beyond five times its processor time in which a case must come back."""
 WAIT = 30.0
 """How long a cluster may be without a worker when a campaign begins [s]."""
+BEGIN = 300.0
+"""How long workers on this machine, all at a time, may take to begin [s]."""
 LOOK = 2.0
 """How often the size of the cluster is looked at [s]."""
 QUIET = {'distributed.worker.profile.enabled': False,
@@ -106,18 +107,20 @@ def cluster(scheduler: str | None, workers: int | None,
         str(folder.resolve()) if folder else '', str(Path(__file__).resolve().parents[2]),
         os.environ.get('PYTHONPATH', '')]))
     import dask
-    with dask.config.set(QUIET), distributed.LocalCluster(
-            n_workers=workers or _cores(), threads_per_worker=1, processes=True,
-            host='127.0.0.1', dashboard_address='127.0.0.1:0', silence_logs=50,
-            env={'PYTHONPATH': path}) as local:
-        with distributed.Client(local, set_as_default=False) as client:
-            client.run(_leave_interrupts)
-            yield client
-
-
-def _leave_interrupts() -> None:
-    """Leave it to the client what Ctrl-C means, which all processes of a terminal get."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with dask.config.set(QUIET), ExitStack() as open_ones:
+        with interrupts.only_here():
+            local = open_ones.enter_context(distributed.LocalCluster(
+                n_workers=0, threads_per_worker=1, processes=True, host='127.0.0.1',
+                dashboard_address='127.0.0.1:0', silence_logs=50, env={'PYTHONPATH': path}))
+            client = open_ones.enter_context(distributed.Client(local, set_as_default=False))
+        count = workers or _cores()
+        local.scale(count)
+        try:
+            client.wait_for_workers(count, timeout=BEGIN)
+        except TimeoutError:
+            raise EngineError(f'of {count} workers on this machine {len(client.nthreads())} have '
+                              f'begun in {BEGIN:g} s') from None
+        yield client
 
 
 def _cores() -> int:

@@ -8,7 +8,16 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from poststall_sim.campaign import cases, compute, definition, engine, measures, pilots, table
+from poststall_sim.campaign import (
+    absence,
+    cases,
+    compute,
+    definition,
+    engine,
+    measures,
+    pilots,
+    table,
+)
 from poststall_sim.campaign.definition import Campaign
 from poststall_sim.campaign.sampling import Distribution
 
@@ -38,8 +47,13 @@ def identity(campaign: Campaign) -> dict[str, Any]:
 
 def run(campaign: Campaign, folder: Path, *, watch: Watch, scheduler: str | None = None,
         workers: int | None = None, resume: bool = False,
-        told: Callable[[str], None] = lambda text: None) -> dict[str, Any]:
-    """Compute what a campaign has left, write its table, and return what came out."""
+        told: Callable[[str], None] = lambda text: None,
+        warned: Callable[[str], None] = lambda text: None) -> dict[str, Any]:
+    """
+    Compute what a campaign has left, write its table, and return what came out.
+
+    told : how it begins; warned : in the midst of it, when the cluster loses all of its workers.
+    """
     builder = cases.Builder(campaign)
     with table.opened(folder, identity(campaign), columns(campaign), resume=resume) as store:
         total = len(builder.design)
@@ -58,7 +72,7 @@ def run(campaign: Campaign, folder: Path, *, watch: Watch, scheduler: str | None
                 told(f'{left} of {total} cases on {len(client.nthreads())} workers; '
                      f'{client.dashboard_link}')
                 rows = engine.run(client, builder.cases(store.done))
-                for each in watch(rows, left):
+                for each in watch(absence.telling(client, rows, warned), left):
                     store.add(each.row, each.history, each.cost)
         ends, mean = store.finish()
     return {'campaign': campaign.name, 'kind': campaign.kind, 'cases': sum(ends.values()),

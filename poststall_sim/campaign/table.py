@@ -10,7 +10,6 @@ array in Zarr, a chunk a case, written before the case's row is.
 
 import hashlib
 import json
-import os
 import shutil
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,10 +19,11 @@ from typing import Any
 
 import numpy as np
 
+from poststall_sim import atomic_file
 from poststall_sim.aircraft import ConfigError
 
 PARTS, TABLE, COSTS, HISTORIES = 'parts', 'table.parquet', 'costs.parquet', 'histories.zarr'
-_HEAD, _LOCK, _UNFINISHED = 'campaign.json', 'lock', '.tmp'
+_HEAD, _LOCK = 'campaign.json', 'lock'
 EVERY_S, EVERY_ROWS = 5.0, 1000
 """A part is written after so long, or so many rows."""
 COST_COLUMNS = {'cpu_s': float, 'wall_s': float, 'worker': str, 'tries': int}
@@ -149,19 +149,8 @@ def _columns(path: Path, columns: Sequence[str] | None = None, schema: Any = Non
 
 
 def _write(table: Any, path: Path) -> None:
-    with _whole(path) as file:
+    with atomic_file.writing(path) as file:
         _arrow().parquet.write_table(table, file)
-
-
-@contextmanager
-def _whole(path: Path) -> Iterator[Any]:
-    """Give a file to write that is there whole, on the disk, or not at all."""
-    unfinished = path.with_suffix(_UNFINISHED)
-    with open(unfinished, 'wb') as file:
-        yield file
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(unfinished, path)
 
 
 @contextmanager
@@ -176,21 +165,21 @@ def opened(folder: Path, definition: Mapping[str, Any], columns: Mapping[str, ty
     text = json.dumps(definition, sort_keys=True)
     print_of = hashlib.sha256(text.encode()).hexdigest()
     head = folder / _HEAD
-    if head.exists() and not resume:
+    if begun(folder) and not resume:
         raise ConfigError(f'{folder} has a campaign already: give --resume to go on with it, or '
                           'another --output')
-    if resume and not head.exists():
+    if resume and not begun(folder):
         raise ConfigError(f'{folder} has no campaign to go on with')
-    if not head.exists() and not _fresh(folder):
+    if not begun(folder) and not _fresh(folder):
         raise ConfigError(f'{folder} is not empty')
     (folder / PARTS).mkdir(parents=True, exist_ok=True)
     with _held(folder / _LOCK):
-        if head.exists():
+        if begun(folder):
             if _head(folder)['fingerprint'] != print_of:
                 raise ConfigError(f'{folder} has the rows of another definition, or of another '
                                   'version: give another --output')
         else:
-            with _whole(head) as file:
+            with atomic_file.writing(head) as file:
                 file.write(json.dumps({'fingerprint': print_of, **definition}, indent=1).encode())
         store = Store(folder, columns)
         try:
@@ -199,9 +188,14 @@ def opened(folder: Path, definition: Mapping[str, Any], columns: Mapping[str, ty
             store.flush()
 
 
+def begun(folder: Path) -> bool:
+    """Tell whether a folder has a campaign to go on with."""
+    return (folder / _HEAD).exists()
+
+
 def _fresh(folder: Path) -> bool:
     """Tell whether a folder has nothing but what a campaign leaves that was killed at once."""
-    ours = {folder / _LOCK, (folder / _HEAD).with_suffix(_UNFINISHED)}
+    ours = {folder / _LOCK, atomic_file.unfinished(folder / _HEAD)}
     return not folder.exists() or not any(
         path not in ours and not (path.name == PARTS and path.is_dir() and not any(path.iterdir()))
         for path in folder.iterdir())

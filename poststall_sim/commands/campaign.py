@@ -7,8 +7,8 @@ import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from poststall_sim import atomic_file, terminal
 from poststall_sim import option_values as values
-from poststall_sim import terminal
 from poststall_sim.commands.solver import Command
 
 
@@ -28,7 +28,8 @@ def add(command: Command) -> argparse.ArgumentParser:
                           help='only check the definition, every case of it')
     where = campaign.add_mutually_exclusive_group()
     where.add_argument('--scheduler', metavar='ADDRESS',
-                       help='of a Dask cluster that is there, tcp://host:8786')
+                       help='of a Dask cluster that is there, tcp://host:8786; where it loses its '
+                       'workers, others are waited for')
     where.add_argument('--workers', type=values.whole_within((1, 1024)), metavar='N',
                        help='processes on this machine (default: one a core)')
     return campaign
@@ -57,11 +58,12 @@ def run(arguments: argparse.Namespace) -> int:
     folder = arguments.output or Path(campaign.name)
     try:
         result = job.run(campaign, folder, watch=_watch, scheduler=arguments.scheduler,
-                         workers=arguments.workers, resume=arguments.resume, told=terminal.say)
-    except (engine.EngineError, OSError) as error:
-        raise OSError(f'{error}; what has come is in {folder}: go on with --resume') from None
+                         workers=arguments.workers, resume=arguments.resume, told=terminal.say,
+                         warned=terminal.warn)
+    except (engine.EngineError, OSError, atomic_file.NotWrittenError) as error:
+        raise OSError(f'{error}; {_left(folder)}') from None
     except KeyboardInterrupt:
-        terminal.complain(f'interrupted; what has come is in {folder}: go on with --resume')
+        terminal.complain(f'interrupted; {_left(folder)}')
         return 130
     terminal.print_rows(f'{campaign.name}: {result["cases"]} cases', [
         *((status, count) for status, count in result['ends'].items()),
@@ -69,6 +71,14 @@ def run(arguments: argparse.Namespace) -> int:
          f'{result["cpu_hours_per_thousand"]:.3g} h a thousand'), ('table', folder)])
     terminal.write_json(arguments.json, result)
     return 0
+
+
+def _left(folder: Path) -> str:
+    """Return what a campaign that did not end has left, and how to go on."""
+    from poststall_sim.campaign import table
+    if table.begun(folder):
+        return f'what has come is in {folder}: go on with --resume'
+    return 'nothing has come: give the same command again'
 
 
 def _watch(items: Iterable, total: int) -> Iterator:

@@ -50,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
             f'the live page hears ROS 2, which is not here ({error}): source ROS 2 Jazzy, or '
             "pip install '.[ros]' in the checkout") from error
     aircraft = solver.aircraft(arguments) if arguments.aircraft else None
-    with watch.watching(arguments.namespace, aircraft) as simulator:
+    with watch.watching(arguments.namespace, aircraft) as (simulator, listening):
         server = Server(simulator, control=arguments.control, rate=arguments.rate)
 
         def ready(url: str) -> None:
@@ -63,5 +63,5 @@ def run(arguments: argparse.Namespace) -> int:
                 # Some browsers keep whoever opens them waiting, and nobody would serve the page.
                 threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
 
-        asyncio.run(server.serve(arguments.port, ready))
+        asyncio.run(server.serve(arguments.port, ready, listening))
     return 0

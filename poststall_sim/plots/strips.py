@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from poststall_sim import surface_order
 from poststall_sim.aero import lattice as lattices
 from poststall_sim.aero.decambering import Closure
 from poststall_sim.aero.flaps import look_up
@@ -37,8 +38,8 @@ class StripData:
     What happens on the strips, (m, k) over m times and k strips; None what is not known.
 
     y, chord (k,) [m] in base_link; cl [-]; alpha, delta [rad]; stalled: past the section's
-    greatest or least lift; cl_max (k,) [-] of the sections; groups: the surfaces, the wing (the
-    largest) first; averaged: by the non-local closure, which asks a section of the mean over
+    greatest or least lift; cl_max (k,) [-] of the sections; groups: the surfaces by span, the wing
+    first; averaged: by the non-local closure, which asks a section of the mean over
     about a chord of the span, and by which flaps fade past the stall, see `aero.flaps`.
     """
 
@@ -135,7 +136,7 @@ def strip_data(bag: Lookup, aircraft: Aircraft | None) -> StripData | None:
         cl_max = known.greatest_lift
     return StripData(
         time=time, y=y, chord=chord, cl=cl, alpha=alpha, delta=like('strip_decambering'),
-        stalled=stalled, cl_max=cl_max, groups=_groups(y, chord, known),
+        stalled=stalled, cl_max=cl_max, groups=_groups(y, known),
         averaged=averaged)
 
 
@@ -188,9 +189,8 @@ def looked_up(positions: Mapping[str, Pair], lattice: Lattice, aircraft: Aircraf
     return found
 
 
-def _groups(y: FloatArray, chord: FloatArray | None,
-            lattice: Lattice | None) -> tuple[StripGroup, ...]:
-    """Return the surfaces, the largest first: by the aircraft, else by how y runs."""
+def _groups(y: FloatArray, lattice: Lattice | None) -> tuple[StripGroup, ...]:
+    """Return the surfaces, the wing first: by the aircraft, else by how y runs."""
     if lattice is not None:
         groups = [StripGroup(grid.name, grid.strips) for grid in lattice.grids]
     else:
@@ -200,12 +200,10 @@ def _groups(y: FloatArray, chord: FloatArray | None,
                         if run[i] > 0 or (i and run[i - 1] < 0 <= run[i])]
         groups = [StripGroup(f'surface {i + 1}', slice(a, b))
                   for i, (a, b) in enumerate(zip(starts, [*starts[1:], len(y)]))]
-    chord = np.ones(len(y)) if chord is None else chord
-    areas = [float(np.sum(chord[group.strips] * widths(y[group.strips]))) for group in groups]
-    first = int(np.argmax(areas))
+    order = surface_order.by_span([group.strips for group in groups], y)
     if lattice is None:
-        groups[first] = StripGroup('wing', groups[first].strips)
-    return (groups[first], *groups[:first], *groups[first + 1:])
+        groups[order[0]] = StripGroup('wing', groups[order[0]].strips)
+    return tuple(groups[number] for number in order)
 
 
 def widths(y: FloatArray) -> FloatArray:

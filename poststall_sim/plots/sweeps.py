@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from poststall_sim import surface_order
 from poststall_sim.plots import style
 
 Rows = list[Mapping[str, Any]]
@@ -20,7 +21,7 @@ def draw_polar(result: Mapping[str, Any], path: Path) -> Path:
     alpha = _column(points, 'alpha_deg')
     strips = [point['strips'] for point in points]
     up = [k for k, point in enumerate(points) if point.get('way') != 'down']
-    wing = _largest_surface(strips[0])
+    wing = _wing(strips[0])
     share = np.array([_columns(each, wing)['stalled'].mean() for each in strips])
     with style.canvas(10.0, 6.4, path) as figure:
         axes = figure.subplots(2, 2)
@@ -56,10 +57,11 @@ def _title(what: str, result: Mapping[str, Any]) -> str:
     return ', '.join(said)
 
 
-def _largest_surface(strips: Strips) -> str:
-    """Return the surface of the greatest span, which is the wing."""
-    return max(dict.fromkeys(strips['surface']),
-               key=lambda name: np.ptp(_columns(strips, name)['y_m']))
+def _wing(strips: Strips) -> str:
+    """Return the name of the wing."""
+    names = list(dict.fromkeys(strips['surface']))
+    return names[surface_order.by_span(
+        [np.array(strips['surface']) == name for name in names], np.array(strips['y_m']))[0]]
 
 
 def _columns(strips: Strips, surface: str) -> dict[str, np.ndarray]:
@@ -123,7 +125,7 @@ def draw_trims(result: Mapping[str, Any], path: Path) -> Path:
             if flown:
                 strips = [row['strips'] for row in flown]
                 _spread(figure, column[3], _column(flown, 'alpha_deg'), strips,
-                        _largest_surface(strips[0]))
+                        _wing(strips[0]))
             column[0].set_title(_title(title, result))
             figure.align_ylabels(list(column))
     return path

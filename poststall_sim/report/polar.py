@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from poststall_sim import surface_order
 from poststall_sim.aero.decambering import Closure
 from poststall_sim.aero.lattice import Lattice
 from poststall_sim.aircraft import Aircraft
@@ -75,7 +76,8 @@ def _strips(result: Mapping[str, Any]) -> StripData:
     groups = [StripGroup(name, slice(surface.index(name),
                                      surface.index(name) + surface.count(name)))
               for name in names]
-    groups.sort(key=lambda group: -np.ptp(y[group.strips]))
+    groups = [groups[number] for number in
+              surface_order.by_span([group.strips for group in groups], y)]
     column = {key: np.array([strips[key] for strips in each])
               for key in ('cl', 'alpha_deg', 'delta_deg', 'stalled')}
     return StripData(

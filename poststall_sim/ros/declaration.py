@@ -165,10 +165,12 @@ def fix_sim_time(node: Node, *, source: bool) -> bool:
 
 def declare_names(node: Node, name: str, values: tuple[str, ...], description: str) -> None:
     """Declare a read-only list of names that the node states and nobody sets."""
-    node.declare_parameter(
-        name, list(values), ParameterDescriptor(
-            description=description, read_only=True,
-            type=Parameter.Type.STRING_ARRAY.value), ignore_override=True)
+    # In three steps: rclpy takes the type from the values, and an empty list for one of bytes.
+    kind = Parameter.Type.STRING_ARRAY
+    node.declare_parameter(name, kind, ignore_override=True)
+    node.set_parameters([Parameter(name, kind, list(values))])
+    node.set_descriptor(name, ParameterDescriptor(
+        description=description, read_only=True, type=kind.value))
 
 
 def _overrides(node: Node) -> dict[str, Any]:

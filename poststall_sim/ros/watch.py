@@ -5,6 +5,7 @@
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any
 
@@ -58,6 +59,7 @@ class WatchNode(Node):
         self.scene = Scene(self.get_namespace())
         self._aircraft = aircraft
         self._places: dict[str, list[float]] = {}
+        self._names: list[str] = []   # of the strips; they and their places come in any order
         self._known: tuple[str, str] | None = None   # node and aircraft that were asked about
         self._time_ns = 0
         self._odom = self._listen('odom', self._on_odom)
@@ -103,7 +105,7 @@ class WatchNode(Node):
 
     def _on_place(self, name: str, message: Any) -> None:
         self._places[name] = list(message.data)
-        self._describe_strips([])
+        self._describe_strips()
 
     def _on_markers(self, message: Any) -> None:
         found: dict[str, dict[str, np.ndarray]] = {}
@@ -145,7 +147,8 @@ class WatchNode(Node):
                 return
             name, strips = future.result().values
             self._describe(aircraft, name.string_value)
-            self._describe_strips(list(strips.string_array_value))
+            self._names = list(strips.string_array_value)
+            self._describe_strips()
         client.call_async(GetParameters.Request(
             names=['aircraft', 'strip_names'])).add_done_callback(answered)
 
@@ -163,19 +166,13 @@ class WatchNode(Node):
         self.scene.setup(aircraft=name, limits=limits | (
             {topics.THROTTLE: (0.0, 1.0)} if found.engines else {}))
 
-    def _describe_strips(self, names: list[str]) -> None:
-        """Say where the strips are, and of which surfaces, once all of it is known."""
+    def _describe_strips(self) -> None:
+        """Say where the strips are, and of which surfaces, once that is known."""
         y, cl_max = (self._places.get(name) for name in _PLACES)
         if y is None or cl_max is None or len(y) != len(cl_max):
             return
-        before = self.scene.parts()['setup'][1]['strips']
-        if len(names) == len(y):
-            groups = scenes.groups(names, y)
-        elif before is not None and len(before['y']) == len(y):
-            groups = before['groups']
-        else:
-            groups = scenes.groups(['strips_1'] * len(y), y)
-        self.scene.setup(strips={'y': y, 'cl_max': cl_max, 'groups': groups})
+        names = self._names if len(self._names) == len(y) else ['strips_1'] * len(y)
+        self.scene.setup(strips={'y': y, 'cl_max': cl_max, 'groups': scenes.groups(names, y)})
 
     def command(self, values: Mapping[str, float]) -> None:
         """Command controls by name [rad; throttle 0..1], as of the latest state that was heard."""
@@ -195,9 +192,12 @@ class WatchNode(Node):
 
 
 @contextmanager
-def watching(namespace: str, aircraft: Aircraft | None) -> Iterator[WatchNode]:
+def watching(namespace: str, aircraft: Aircraft | None) -> Iterator[
+        tuple[WatchNode, Future[None]]]:
     """
     Give the node, which hears the simulator of a namespace until the block ends.
+
+    Beside it what the thread that hears comes to: an exception, should one end it before that.
 
     Raises
     ------
@@ -216,16 +216,14 @@ def watching(namespace: str, aircraft: Aircraft | None) -> Iterator[WatchNode]:
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         ended = threading.Event()
-        spinning = threading.Thread(
-            target=_spin, args=(executor, node, ended), name='watch', daemon=True)
-        spinning.start()
-        try:
-            yield node
-        finally:
-            ended.set()
-            executor.shutdown()
-            spinning.join()
-            node.destroy_node()
+        with ThreadPoolExecutor(1, 'watch') as pool:
+            listening = pool.submit(_spin, executor, node, ended)
+            try:
+                yield node, listening
+            finally:
+                ended.set()
+                executor.shutdown()
+        node.destroy_node()
     finally:
         rclpy.try_shutdown()
 

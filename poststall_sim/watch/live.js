@@ -329,7 +329,7 @@
       showStick();
     },
   };
-  let socket = null;
+  let socket = null, stopped = '';   // why the server has stopped, if it could say so
   function send(order) {
     if (socket !== null && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(order));
   }
@@ -338,14 +338,18 @@
       (keyInAddress ? '?key=' + encodeURIComponent(keyInAddress) : ''));
     socket.addEventListener('message', (event) => {
       const {kind, ...part} = JSON.parse(event.data);
+      stopped = '';
       if (kind === 'stick') part.was = parts.stick && parts.stick.mine;
       parts[kind] = part;
       if (heard[kind]) heard[kind](part);
     });
-    socket.addEventListener('close', () => {
+    socket.addEventListener('close', (event) => {
       held = null;
+      stopped = event.reason || stopped;
       parts.stick = undefined;
-      parts.link = {level: 1, there: false, text: 'no connection to poststall watch: it has ended' +
+      parts.link = {level: 1, there: false, text: stopped ?
+        'poststall watch has stopped, its terminal says where: ' + stopped :
+        'no connection to poststall watch: it has ended' +
         (keyInAddress ? ', or the address is of an earlier one' : '') + '; trying again'};
       showLink();
       showStick();

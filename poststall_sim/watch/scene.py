@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from poststall_sim import surface_order
 from poststall_sim.frames import euler_from_quaternion, quaternion_from_enu_flu, rotation
 from poststall_sim.report.page import numbers
 
@@ -111,7 +112,7 @@ class Scene:
 
 
 def groups(names: Sequence[str], y: Sequence[float]) -> list[Data]:
-    """Return the surfaces of strips called `surface_number`, that of the greatest span first."""
+    """Return the surfaces of strips called `surface_number`, the wing first."""
     found: list[Data] = []
     for i, name in enumerate(names):
         surface = name.rpartition('_')[0]
@@ -122,7 +123,8 @@ def groups(names: Sequence[str], y: Sequence[float]) -> list[Data]:
         own = y[group['begin']:group['end']]
         span = max(own) - min(own)
         group |= {'span': span, 'upright': span < 1e-6}
-    return sorted(found, key=lambda group: -group['span'])
+    return [found[number] for number in surface_order.by_span(
+        [slice(group['begin'], group['end']) for group in found], np.array(y))]
 
 
 def _plain(value: Any) -> Any:

@@ -17,6 +17,7 @@ import secrets
 import signal
 import time
 from collections.abc import Awaitable, Callable, Mapping
+from concurrent.futures import Future
 from html import escape
 from importlib import resources
 from string import Template
@@ -38,6 +39,8 @@ MOST_PAGES = 16
 """Pages that are served at one time."""
 GOODBYE = 0.5
 """So long may it take to close the pages at the end [s]."""
+REASON = 123
+"""What a closed connection may say of why it was, at most [bytes]; so the protocol has it."""
 
 _HEADERS = {
     'X-Content-Type-Options': 'nosniff', 'Referrer-Policy': 'no-referrer',
@@ -71,20 +74,29 @@ class Server:
         self._pages: set[web.WebSocketResponse] = set()
         self._files = _files()
         self._port = 0
+        self._goodbye = WSCloseCode.GOING_AWAY, b''
+        self._end: asyncio.Future[None]
 
     @property
     def url(self) -> str:
         """The address of the page, with the key where there is one."""
         return f'http://{LOOPBACK}:{self._port}/' + (f'#{self._key}' if self._key else '')
 
-    async def serve(self, port: int, ready: Callable[[str], None]) -> None:
+    async def serve(self, port: int, ready: Callable[[str], None],
+                    listening: Future[None]) -> None:
         """
         Serve until SIGINT or SIGTERM; ready : told the address once the page can be had.
+
+        An exception in what serves the pages, or in ``listening``, whoever puts into the scene
+        what he hears, ends it too: what the pages show from then on would be of the past, and
+        nobody would know. They are told why.
 
         Raises
         ------
         OSError
             When the port cannot be had.
+        RuntimeError
+            From the exception that ended it.
 
         """
         app = web.Application(middlewares=[self._guard])
@@ -96,15 +108,38 @@ class Server:
         await runner.setup()
         try:
             self._port = await _listen(runner, port)
-            end = asyncio.Event()
+            loop = asyncio.get_running_loop()
+            self._end = loop.create_future()
             for number in (signal.SIGINT, signal.SIGTERM):
-                asyncio.get_running_loop().add_signal_handler(number, end.set)
+                loop.add_signal_handler(number, self._stop)
             ready(self.url)
-            flying = asyncio.create_task(self._fly())
-            await end.wait()
-            flying.cancel()
+            needed = asyncio.create_task(self._fly()), asyncio.wrap_future(listening)
+            try:
+                for work in needed:
+                    work.add_done_callback(self._judge)
+                await self._end
+            except Exception as error:
+                self._goodbye = WSCloseCode.INTERNAL_ERROR, _reason(error)
+                raise RuntimeError('the live page has stopped') from error
+            finally:
+                for work in needed:
+                    work.cancel()
         finally:
             await runner.cleanup()
+
+    def _stop(self, error: BaseException | None = None) -> None:
+        """End serving, for an exception if one is given."""
+        if self._end.done():
+            return
+        if error is None:
+            self._end.set_result(None)
+        else:
+            self._end.set_exception(error)
+
+    def _judge(self, work: asyncio.Future) -> None:
+        """End serving if an exception has ended what it cannot do without."""
+        if not work.cancelled() and (error := work.exception()) is not None:
+            self._stop(error)
 
     @web.middleware
     async def _guard(self, request: web.Request, handler: Callable[
@@ -146,6 +181,7 @@ class Server:
         await page.prepare(request)
         self._pages.add(page)
         showing = asyncio.create_task(self._show(page, may_fly=key is not None))
+        showing.add_done_callback(self._judge)
         try:
             async for message in page:
                 if message.type is WSMsgType.TEXT and key is not None:
@@ -210,7 +246,8 @@ class Server:
 
     async def _close(self, app: web.Application) -> None:
         """Say goodbye to the pages; one that does not read keeps nobody waiting."""
-        closing = [asyncio.ensure_future(page.close(code=WSCloseCode.GOING_AWAY))
+        code, message = self._goodbye
+        closing = [asyncio.ensure_future(page.close(code=code, message=message))
                    for page in self._pages]
         if closing:
             _, waiting = await asyncio.wait(closing, timeout=GOODBYE)
@@ -220,6 +257,12 @@ class Server:
 
 def _text(kind: str, part: Data) -> str:
     return json.dumps({'kind': kind, **part}, allow_nan=False, separators=(',', ':'))
+
+
+def _reason(error: BaseException) -> bytes:
+    """Return an exception as what a closed connection says, cut where that has to end."""
+    text = f'{type(error).__name__}: {error}'.encode(errors='replace')
+    return text[:REASON].decode(errors='ignore').encode()
 
 
 async def _listen(runner: web.AppRunner, port: int) -> int:
