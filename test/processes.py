@@ -164,10 +164,51 @@ class Probe:
         self.spin_until(publisher.get_subscription_count, f'a listener of {topic}')
         return publisher
 
-    def call(self, kind, service, **request):
-        """Call a service and return its answer."""
+    def client(self, kind, service):
+        """
+        Return a client that gets answers.
+
+        `service_is_ready` says that the client knows the server, not that the server knows it: the
+        answer to whom it does not know yet is dropped, and who must not ask twice waits in vain.
+        But of who asks it is told in order. So it is asked what may be asked twice, until it
+        answers, by a client made after this one: then it knows this one as well.
+        """
+        from rcl_interfaces.srv import GetParameters
+
         client = self.node.create_client(kind, service)
         self.spin_until(client.service_is_ready, f'the service {service}')
+        name = self.spin_until(lambda: self._node_of(service), f'the node that has {service}')
+        younger = self.node.create_client(GetParameters, f'{name}/get_parameters')
+        self.spin_until(younger.service_is_ready, f'the parameters of {name}')
+        asked, again_at = [], 0.0
+
+        def answered():
+            nonlocal again_at
+            if time.monotonic() >= again_at:
+                asked.append(younger.call_async(GetParameters.Request()))
+                again_at = time.monotonic() + 0.5
+            return any(future.done() for future in asked)
+        self.spin_until(answered, f'any answer of {name}')
+        self.node.destroy_client(younger)
+        return client
+
+    def _node_of(self, service):
+        """Return the full name of the node that has a service, None while the graph does not."""
+        from rclpy.node import NodeNameNonExistentError
+
+        service = self.node.resolve_service_name(service)
+        for name, namespace in self.node.get_node_names_and_namespaces():
+            try:
+                offered = self.node.get_service_names_and_types_by_node(name, namespace)
+            except NodeNameNonExistentError:   # it has gone meanwhile
+                continue
+            if service in dict(offered):
+                return f'{namespace.rstrip("/")}/{name}'
+        return None
+
+    def call(self, kind, service, **request):
+        """Call a service, once, and return its answer."""
+        client = self.client(kind, service)
         future = client.call_async(kind.Request(**request))
         self.spin_until(future.done, f'an answer of {service}')
         self.node.destroy_client(client)
@@ -229,16 +270,33 @@ class Reports:
         self.probe = probe
         self.node = node
         self.heard = []
+        self._published = []
         probe.node.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 10)
 
-    def _hear(self, message):
+    def _hear(self, message, info):
         """Keep what is this node's: others report on the same topic."""
         if any(status.name.startswith(f'{self.node}: ') for status in message.status):
             self.heard.append(message)
+            self._published.append((info['source_timestamp'], message))
+
+    def since(self, time_ns):
+        """Return how many were published, and not only read, after a wall time [ns]."""
+        return sum(published > time_ns for published, _ in self._published)
+
+    def history(self, *wanted):
+        """Return of each report the wall time of its publication [s] and numbers, (name, key)."""
+        return [(published * 1e-9, *(float(self._value(message, *each)) for each in wanted))
+                for published, message in self._published]
+
+    def _find(self, message, name):
+        return next(s for s in message.status if s.name == f'{self.node}: {name}')
+
+    def _value(self, message, name, key):
+        return next(item.value for item in self._find(message, name).values if item.key == key)
 
     def _status(self, name):
         self.probe.spin_until(lambda: self.heard, 'diagnostics')
-        return next(s for s in self.heard[-1].status if s.name == f'{self.node}: {name}')
+        return self._find(self.heard[-1], name)
 
     def level(self, name):
         return self._status(name).level[0]
@@ -263,8 +321,16 @@ def send_sparingly(reports, publisher, message, done, what):
     """Send what must not come twice: again only after three reports on nothing having happened."""
     def again():
         publisher.publish(message)
-        heard = len(reports.heard)
+        sent_ns = time.time_ns()
         reports.probe.spin_until(
-            lambda: done() or len(reports.heard) > heard + 3, f'{what}, or diagnostics')
+            lambda: done() or reports.since(sent_ns) > 3, f'{what}, or diagnostics')
         return done()
     return reports.probe.spin_until(again, what)
+
+
+def arrives(reports, publisher, message):
+    """Send a command that must not come twice until it counts; discovery may swallow the first."""
+    before = reports.number('commands', 'accepted')
+    send_sparingly(reports, publisher, message,
+                   lambda: reports.number('commands', 'accepted') > before, 'its count')
+    assert reports.number('commands', 'accepted') == before + 1

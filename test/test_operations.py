@@ -126,8 +126,7 @@ def test_after_a_reset_all_is_as_at_the_start_and_30_commands_at_once_are_heard_
     first = shown()
     commands = probe.publisher(JointState, 'pilot/surface_cmd')
     assert probe.set_parameter('step_count', 400).successful
-    step = probe.node.create_client(Trigger, 'step')
-    probe.spin_until(step.service_is_ready, 'the service')
+    step = probe.client(Trigger, 'step')
 
     def burst():
         """Command 30 times while the simulator steps; tell whether all was heard."""

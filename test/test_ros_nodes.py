@@ -55,7 +55,8 @@ def test_paused_stepped_flown_and_stopped(start, probe):
     dt = round(reports.number('pace', 'dt_s') * 1e9)
     poses.clear()
     assert probe.call(Trigger, 'step').success
-    probe.spin_until(lambda: poses, 'the pose after a step')
+    probe.spin_until(lambda: poses and nanoseconds(poses[-1].header.stamp) > 0,
+                     'the pose after a step')
     assert nanoseconds(poses[-1].header.stamp) == dt
     assert probe.set_parameter('step_count', 7).successful
     assert probe.call(Trigger, 'step').success
@@ -70,15 +71,18 @@ def test_paused_stepped_flown_and_stopped(start, probe):
     refused = probe.call(Trigger, 'step')
     assert not refused.success and 'pause first' in refused.message
     begin = nanoseconds(poses[-1].header.stamp)
-    began = probe.node.get_clock().now().nanoseconds
     probe.spin_until(lambda: nanoseconds(poses[-1].header.stamp) > begin + 2_500_000_000,
                      '2.5 s of flight')
-    flown = nanoseconds(poses[-1].header.stamp) - begin
-    passed = probe.node.get_clock().now().nanoseconds - began
+    # As a report has it at the moment at which it goes out. One in which a busy machine has just
+    # stood still, so that nothing is lost yet, is one of many.
+    went_out, time, lost = np.array([
+        row for row in reports.history(('flight', 'time_s'), ('pace', 'lost_time_s'))
+        if row[1] > begin * 1e-9]).T
+    half = len(time) // 2
+    behind = went_out - time - lost
+    assert half > 5 and time[-1] + lost[-1] > begin * 1e-9 + 2.0
+    assert np.median(behind[half:]) == pytest.approx(np.median(behind[:half]), abs=0.05)
     reports.heard.clear()
-    lost = 1e9 * reports.number('pace', 'lost_time_s')
-    # 0.25 s is what a busy machine may keep a message back, and lose until the report.
-    assert flown + lost == pytest.approx(passed, abs=0.25e9)
     assert reports.value('pace', 'steps') == reports.value('solver', 'steps')
     assert reports.value('pace', 'steps_unpaced') == '8'
     stamps = np.array([nanoseconds(pose.header.stamp) for pose in poses])
@@ -101,9 +105,10 @@ def test_paused_stepped_flown_and_stopped(start, probe):
     reports.wait_for('pace', 'real_time_factor_asked', '2')
     assert probe.set_parameter('real_time_factor', 0.5).successful
     reports.wait_for('pace', 'real_time_factor_asked', '0.5')
+    far = poses[-1].pose.position.y
     answer = probe.call(Trigger, 'reset')
     assert answer.success and answer.message.startswith('flying at')
-    probe.spin_until(lambda: poses[-1].pose.position.y < 10.0, 'the reset')
+    probe.spin_until(lambda: poses[-1].pose.position.y < far, 'the reset')
     assert nanoseconds(poses[-1].header.stamp) > begin   # time goes on
 
     # Wind is where it blows to: to the south, it meets an aircraft that flies north.
@@ -115,7 +120,8 @@ def test_paused_stepped_flown_and_stopped(start, probe):
     assert not probe.set_parameter('wind.velocity', [0.0, math.nan, 0.0]).successful
     assert probe.set_parameter('wind.velocity', [0.5, -2.0, 0.0]).successful
     probe.spin_until(lambda: winds[-1].vector.y == -2.0 and winds[-1].vector.x == 0.5, 'wind')
-    probe.spin_until(lambda: speeds[-1].data > before + 1.0, 'the airspeed to rise')
+    probe.spin_until(lambda: max(speed.data for speed in speeds) > before + 1.0,
+                     'the airspeed to rise')
 
     simulator.send(signal.SIGINT)
     simulator.send(signal.SIGINT)
@@ -143,11 +149,13 @@ def test_alpha_answers_the_elevator_and_bad_commands_do_not_stop_the_flight(star
     # Trailing edge up lifts the nose; down lowers it.
     up = JointState(name=['elevator'], position=[trim['elevator'] - 0.07])
     send_until(probe, command, up, lambda: alphas[-1].data > trim_alpha + 0.03, 'alpha to rise')
-    assert elevator_of(joints[-1]) == pytest.approx(up.position[0])
+    probe.spin_until(lambda: elevator_of(joints[-1]) == pytest.approx(up.position[0]),
+                     'the elevator where it was told to be')
     down = [trim[name] + (0.07 if name == 'elevator' else 0.0) for name in joints[-1].name]
     send_until(probe, array, Float64MultiArray(data=down),
                lambda: alphas[-1].data < trim_alpha - 0.03, 'alpha to fall')
-    assert elevator_of(joints[-1]) == pytest.approx(down[1])
+    probe.spin_until(lambda: elevator_of(joints[-1]) == pytest.approx(down[1]),
+                     'the elevator where the array has it')
 
     # None of these moves anything; each is counted.
     for publisher, message, key in (
@@ -236,13 +244,14 @@ def test_parameters_act(start, probe):
         '-p', 'uvlm.spanwise:=8',
         '-p', 'command.on_timeout:=neutral', '-p', 'command.timeout:=3.0'])
     poses = probe.collect(PoseStamped, 'pose')
-    winds = probe.collect(Vector3Stamped, 'wind/applied')
+    winds, infos = probe.collect_with_infos(Vector3Stamped, 'wind/applied', 10)
     strips = probe.collect(Float64MultiArray, 'strip_cl')
     strip_y = probe.collect(Float64MultiArray, 'strip_y', LATCHED)
     joints = probe.collect(JointState, 'joint_states')
     wrenches = probe.collect(WrenchStamped, 'wrench')
     reports = Reports(probe)
-    probe.spin_until(lambda: len(winds) > 2 and strip_y and reports.heard, 'messages')
+    probe.spin_until(lambda: len(winds) > 2 and len(reports.heard) > 5 and all(
+        (strip_y, poses, joints, wrenches)), 'messages')
     assert poses[0].header.frame_id == 'world' and wrenches[0].header.frame_id == 'body'
     assert reports.value('pace', 'dt_s') == '0.012'
     assert reports.value('solver', 'closure').startswith('off')
@@ -251,17 +260,24 @@ def test_parameters_act(start, probe):
     assert not probe.node.count_publishers('strip_cl')   # off is off, its rate being 0
     assert not probe.node.count_publishers('/clock')
     gaps = np.diff([nanoseconds(wind.header.stamp) for wind in winds])
-    assert gaps == pytest.approx(1e9, abs=24e6)   # it comes with the first step of its second
-    # As fast as possible is most of what the computing alone would allow, on any machine (0.95 of
-    # it here, busy or not); kept to wall time it would be 1 of the 3 or more of a desktop.
-    assert reports.number('pace', 'real_time_factor') > 0.7 * reports.number('pace', 'headroom')
+    seconds = np.diff([info['publication_sequence_number'] for info in infos])
+    # It comes with the first step of its second.
+    assert gaps == pytest.approx(1e9 * seconds, abs=24e6)
+    # As fast as possible is most of what the computing alone would allow (0.95 of it on an idle
+    # machine, 0.6 on one that computes else as well); kept to wall time it would be 1 of the 3 or
+    # more of a desktop. From report to report: in some of them the machine may have stood still.
+    _, now, headroom = np.array(reports.history(
+        ('pace', 'real_time_factor_now'), ('pace', 'headroom'))).T
+    assert np.quantile(now, 0.75) > 0.5 * headroom[-1]
 
     # After 3 s of silence the controls are neutral, the throttle closed.
     probe.spin_until(lambda: not any(joints[-1].position), 'neutral controls')
     assert any(joints[0].position) or nanoseconds(joints[0].header.stamp) > 3_000_000_000
-    late = nanoseconds(poses[-1].header.stamp)
+    # Paused, so that time stays where it starts again until that has been seen.
+    assert probe.call(SetBool, 'pause', data=True).success
+    assert nanoseconds(poses[-1].header.stamp) > 0
     assert probe.call(Trigger, 'reset').success
-    probe.spin_until(lambda: nanoseconds(poses[-1].header.stamp) < late, 'time to start again')
+    probe.spin_until(lambda: nanoseconds(poses[-1].header.stamp) == 0, 'time to start again')
 
 
 def test_what_cannot_be_flown_is_one_line_and_exit_code_2(start):
@@ -329,17 +345,34 @@ def test_ground_contact_pauses_with_its_reason_until_reset_flies_on(start, probe
     assert probe.call(Trigger, 'reset').message.startswith('paused at')
 
 
-def test_pilot_and_recorder_make_a_bag_of_a_scenario(start, tmp_path):
+def test_pilot_and_recorder_make_a_bag_of_a_scenario(start, probe, tmp_path):
     """A paused simulator flies when the pilot is there; the recorder misses nothing of it."""
+    def recorded(topic):
+        return any(info.node_name == 'recorder'
+                   for info in probe.node.get_subscriptions_info_by_topic(topic))
+
     pull = a_scenario(tmp_path / 'pull.yaml', 'elevator', '[[0.5, 0.0], [1.0, -3.0]]')
     simulator = start('simulator', ros=['-p', 'start_paused:=true'])
     recorder = start('recorder', '--output', str(tmp_path / 'bag'))
     picky = start('recorder', '--output', str(tmp_path / 'part'), '--topics', 'air_data/alpha',
-                  '/markers', 'strip_cl', '--exclude-topics', 'markers')
+                  '/markers', 'strip_cl', '--exclude-topics', 'markers',
+                  ros=['-r', '__node:=picky'])
     recorder.wait_for('ready')
     picky.wait_for('ready: 3 topics')   # /clock is listened to as well, and not recorded
-    pilot = start('pilot', ros=['-p', f'scenario:={pull}', '-p', 'exit_when_done:=true'])
+    # A pilot begins as soon as he knows the airspeed, and whoever has not found him by then misses
+    # his first commands, of the first seconds at the worst. So he is told when he is recorded.
+    pilot = start('pilot', ros=['-p', f'scenario:={pull}', '-p', 'exit_when_done:=true',
+                                '-r', 'air_data/airspeed:=told/airspeed'])
+    probe.spin_until(lambda: recorded('/pilot/surface_cmd'), 'the recorder to find the pilot')
+    send_until(probe, probe.publisher(Float64, 'told/airspeed'), Float64(data=12.0),
+               lambda: 'scenario begins' in pilot.says(), 'the scenario')
     assert pilot.ended(LIMIT) == 0
+    # A signal ends it with what it has not read yet. Of each topic it reads one message for every
+    # answer at the least, so this many take it past 2 s in which it may have stood still.
+    asked = probe.client(GetParameters, '/recorder/get_parameters')
+    for _ in range(100):
+        answer = asked.call_async(GetParameters.Request())
+        probe.spin_until(answer.done, 'an answer of the recorder')
     for process in (recorder, picky, simulator):
         process.send(signal.SIGINT)
     assert recorder.ended() == picky.ended() == simulator.ended() == 0
@@ -353,9 +386,11 @@ def test_pilot_and_recorder_make_a_bag_of_a_scenario(start, tmp_path):
     pose, commands = series['/pose'], series['/pilot/surface_cmd']
     assert pose.time[0] == 0.0 and pose.time[-1] >= 1.9
     flown = pose.time[pose.time <= 2.0]
-    # 50 Hz and reliable; a recorder that a busy machine stops for 0.2 s outruns the history.
-    assert len(np.unique(flown)) == pytest.approx(100, abs=15)
-    for name, rate in (('/odom', 50.0), ('/joint_states', 50.0), ('/wind/applied', 5.0)):
+    # 50 Hz and reliable; a recorder that a busy machine stops for 0.2 s and more misses some, and
+    # has all of the others by the median below.
+    assert 50 <= len(np.unique(flown)) <= 102
+    for name, rate in (('/pose', 50.0), ('/odom', 50.0), ('/joint_states', 50.0),
+                       ('/wind/applied', 5.0)):
         gaps = np.diff(np.unique(series[name].time))   # by default; in whole steps of 8 ms
         assert np.median(gaps) == pytest.approx(1.0 / rate, abs=8.1e-3), name
     # At most one for each sample of /clock, of which a busy machine loses many: best effort.
@@ -368,7 +403,7 @@ def test_pilot_and_recorder_make_a_bag_of_a_scenario(start, tmp_path):
     part = recording.read(tmp_path / 'part')
     assert set(part) == {'/air_data/alpha', '/strip_cl'}
     assert 'messages of 2 topics' in picky.says()
-    assert part['/air_data/alpha'].time[-1] == pytest.approx(pose.time[-1], abs=0.5)
+    assert part['/air_data/alpha'].time[-1] == pytest.approx(pose.time[-1], abs=1.0)
 
     assert again.ended() == 2 and 'exists already' in again.says()   # never written over
 

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING, Any
 
 from rclpy.event_handler import PublisherEventCallbacks
@@ -18,6 +19,9 @@ from poststall_sim.views import Views
 
 if TYPE_CHECKING:
     from poststall_sim.ros.simulator import SimulatorNode
+
+AGAIN_PERIOD = 1.0
+"""While time stands, what is best effort is shown again this often [s of wall time]."""
 
 
 class Outbox:
@@ -38,6 +42,7 @@ class Outbox:
         self._outlets = self._opened({rate for rate, hz in rates.items() if hz == 0.0})
         self._listeners = dict.fromkeys(self._outlets, 0)
         self._shown_ns: dict[Topic, int] = {}
+        self._again_at = 0.0
 
     def _opened(self, off: set[Rate]) -> dict[Topic, tuple[Publisher, Any]]:
         """Create the publishers, each with its message."""
@@ -87,13 +92,23 @@ class Outbox:
                 self._publish(topic)
 
     def tend(self, *, stands: bool) -> None:
-        """While time stands, repeat /clock and show new subscribers the present state."""
+        """
+        While time stands, repeat /clock and show new subscribers the present state.
+
+        What is best effort may get lost on the way, or come before a subscriber has found this
+        publisher, and no other comes while time stands: so it is shown again now and then.
+        """
+        now, time_ns = time.monotonic(), self._node.flight.snapshot.time_ns
+        again = stands and now >= self._again_at
+        if again:
+            self._again_at = now + AGAIN_PERIOD
         for topic, (publisher, _) in self._outlets.items():
             before = self._listeners[topic]
             self._listeners[topic] = publisher.get_subscription_count()
             new = self._listeners[topic] > before
             if (stands and topic.rate is not Rate.ONCE and (
-                    topic.rate is Rate.CLOCK or new)) or (topic is topics.PATH and new):
+                    topic.rate is Rate.CLOCK or new)) or (topic is topics.PATH and new) or (
+                    again and not topic.qos.reliable and self._shown_ns.get(topic) == time_ns):
                 self._publish(topic)
 
     def emit(self, topic: Topic, values: Fields) -> None:
