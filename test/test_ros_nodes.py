@@ -263,12 +263,10 @@ def test_parameters_act(start, probe):
     seconds = np.diff([info['publication_sequence_number'] for info in infos])
     # It comes with the first step of its second.
     assert gaps == pytest.approx(1e9 * seconds, abs=24e6)
-    # As fast as possible is most of what the computing alone would allow (0.95 of it on an idle
-    # machine, 0.6 on one that computes else as well); kept to wall time it would be 1 of the 3 or
-    # more of a desktop. From report to report: in some of them the machine may have stood still.
-    _, now, headroom = np.array(reports.history(
-        ('pace', 'real_time_factor_now'), ('pace', 'headroom'))).T
-    assert np.quantile(now, 0.75) > 0.5 * headroom[-1]
+    # Kept to wall time it would be 1, and more in a report only after the machine stood still; as
+    # fast as possible it is 15 on an idle desktop, and 6 beside two others that compute.
+    now = [value for _, value in reports.history(('pace', 'real_time_factor_now'))]
+    assert np.median(now) > 1.5
 
     # After 3 s of silence the controls are neutral, the throttle closed.
     probe.spin_until(lambda: not any(joints[-1].position), 'neutral controls')
