@@ -235,7 +235,7 @@ def test_an_interrupt_is_one_line_and_says_how_to_go_on(tmp_path):
 
 def importing(process, out):
     """Tell whether a command has begun to import what it needs."""
-    return 'numpy' in Path(f'/proc/{process.pid}/maps').read_text()
+    return '/numpy/' in Path(f'/proc/{process.pid}/maps').read_text()
 
 
 def compiling(process, out):
