@@ -37,7 +37,7 @@ def writing(path: Path) -> Iterator[BinaryIO]:
     """
     part = unfinished(path)
     for each in (path, part):
-        _require_regular(each)
+        require_regular(each)
     try:
         try:
             with part.open('wb') as file:
@@ -54,10 +54,12 @@ def writing(path: Path) -> Iterator[BinaryIO]:
             f'{path}: cannot be written: {problem.strerror or problem}') from None
 
 
-def _require_regular(path: Path) -> None:
+def require_regular(path: Path) -> os.stat_result | None:
+    """Return what there is of a file, None for nothing; `ConfigError` if it is something else."""
     try:
         found = path.stat()
     except OSError:
-        return   # what writes it says why not
+        return None   # what reads or writes it says why not
     if not stat.S_ISREG(found.st_mode):
         raise ConfigError(f'{path}: not a regular file')
+    return found

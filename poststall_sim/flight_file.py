@@ -11,7 +11,6 @@ format's number and what the flight was made with, so that it goes on with nothi
 import dataclasses
 import enum
 import hashlib
-import stat
 import types
 import typing
 import zipfile
@@ -43,7 +42,7 @@ def save_state(flight: Flight, path: Path) -> None:
 
     Raises `ConfigError` where the file cannot be written, or something else is there.
     """
-    _require_regular(path)
+    _require_plausible(path)
     arrays = dict(_arrays('', flight.saved()))
     arrays |= {_FORMAT: np.array(FORMAT), _AIRCRAFT: np.array(fingerprint(flight.model.aircraft)),
                _SETTINGS: np.array(repr(flight.model.settings))}
@@ -58,7 +57,7 @@ def load_state(model: Model, path: Path) -> Flight:
     Raises `ConfigError` where the file is not one of a flight, of another format, or was
     written with another aircraft or other settings than the model's.
     """
-    _require_regular(path)
+    _require_plausible(path)
     try:
         with zipfile.ZipFile(path) as packed:
             size = sum(part.file_size for part in packed.infolist())
@@ -94,15 +93,10 @@ def load_state(model: Model, path: Path) -> Flight:
         raise ConfigError(f'{path}: a field is not of its type or shape') from None
 
 
-def _require_regular(path: Path) -> None:
+def _require_plausible(path: Path) -> None:
     """Raise `ConfigError` for what is there and no regular file, or larger than any flight."""
-    try:
-        found = path.stat()
-    except OSError:
-        return   # what reads or writes it says why not
-    if not stat.S_ISREG(found.st_mode):
-        raise ConfigError(f'{path}: not a regular file')
-    if found.st_size > GREATEST:
+    found = atomic_file.require_regular(path)
+    if found is not None and found.st_size > GREATEST:
         raise ConfigError(f'{path}: {found.st_size} bytes, more than any flight ({GREATEST})')
 
 
