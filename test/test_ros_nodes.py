@@ -384,9 +384,8 @@ def test_pilot_and_recorder_make_a_bag_of_a_scenario(start, probe, tmp_path):
     pose, commands = series['/pose'], series['/pilot/surface_cmd']
     assert pose.time[0] == 0.0 and pose.time[-1] >= 1.9
     flown = pose.time[pose.time <= 2.0]
-    # 50 Hz and reliable; a recorder that a busy machine stops for 0.2 s and more misses some, and
-    # has all of the others by the median below.
-    assert 50 <= len(np.unique(flown)) <= 102
+    # 50 Hz and reliable; a recorder that a busy machine stops for 0.2 s outruns the history.
+    assert len(np.unique(flown)) == pytest.approx(100, abs=15)
     for name, rate in (('/pose', 50.0), ('/odom', 50.0), ('/joint_states', 50.0),
                        ('/wind/applied', 5.0)):
         gaps = np.diff(np.unique(series[name].time))   # by default; in whole steps of 8 ms
@@ -401,7 +400,7 @@ def test_pilot_and_recorder_make_a_bag_of_a_scenario(start, probe, tmp_path):
     part = recording.read(tmp_path / 'part')
     assert set(part) == {'/air_data/alpha', '/strip_cl'}
     assert 'messages of 2 topics' in picky.says()
-    assert part['/air_data/alpha'].time[-1] == pytest.approx(pose.time[-1], abs=1.0)
+    assert part['/air_data/alpha'].time[-1] == pytest.approx(pose.time[-1], abs=0.5)
 
     assert again.ended() == 2 and 'exists already' in again.says()   # never written over
 
